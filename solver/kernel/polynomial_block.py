@@ -2,8 +2,7 @@
 count of roots.
 
 The known numbers are the exact fractions of their floats, and the steps are polynomials in the tear
-with such coefficients. Nothing is compiled, and nothing is rounded before the roots. If the tear is
-an angle θ, the polynomials are in t = tan(θ/2): cos θ = (1-t²)/(1+t²), sin θ = 2t/(1+t²).
+with such coefficients. Nothing is compiled, and nothing is rounded before the roots.
 
 ``counted``: whether the answers of a block with one tear, found otherwise, are all, because every
 root of its eliminant is accounted for.
@@ -13,11 +12,9 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
-from operator import mul
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -48,8 +45,6 @@ from solver.path.polynomial import (
     Polynomial,
     constant,
     generator,
-    name_of,
-    right_angles,
 )
 
 HIGHEST_DEGREE = 12
@@ -75,19 +70,17 @@ class NotPolynomial(Exception):
 
 
 class _Steps:
-    """The steps of a block as polynomials of its tears, or of the cosine and the sine of one."""
+    """The steps of a block as polynomials of its tears."""
 
-    def __init__(
-        self, problem: BlockProblem, forms: Forms, turn: float | None, exact: Exact
-    ) -> None:
-        tears = problem.kernel.block.tears
-        self.turn, self.tear, self.exact = turn, tears[0], exact
+    def __init__(self, problem: BlockProblem, forms: Forms, exact: Exact) -> None:
+        self.exact = exact
         self.known = dict(zip(problem.kernel.known, problem.known, strict=True))
         self.values = {
             n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)
         }
-        if turn is None:
-            self.values |= {tear: (generator(tear), generator(tear)) for tear in tears}
+        self.values |= {
+            tear: (generator(tear), generator(tear)) for tear in problem.kernel.block.tears
+        }
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
@@ -123,10 +116,6 @@ class _Steps:
                 return _scaled(self._value(left), 1 / by)
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
-            case Call("cos" | "sin" | "cosd" | "sind" as function, (argument,)) if (
-                self.turn is not None
-            ):
-                return self._wave(function, argument, self.turn)
             case Call() | Power():
                 return self._evaluated(node)
             case _:
@@ -146,10 +135,7 @@ class _Steps:
         return a[0] * b[0], a[1] * b[1]
 
     def _degree(self, polynomial: Polynomial) -> int:
-        """The highest degree in one of its tears, or in t."""
-        if self.turn is not None:
-            degrees = (sum(e if n == SINE else 2 * e for n, e in m) for m in polynomial)
-            return max(degrees, default=0)
+        """The highest degree in one of its tears."""
         return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
 
     def _number(self, number: float) -> Gross:
@@ -158,51 +144,9 @@ class _Steps:
         exact = self.exact(number)
         return constant(exact), constant(abs(exact))
 
-    def _wave(self, function: str, argument: Expression, turn: float) -> Gross:
-        """Sine or cosine of plus or minus the angle and some quarter turns. Raises
-        NotPolynomial."""
-        if function.endswith("d") != (turn == 360.0):
-            raise NotPolynomial
-        turns, quarters = list[bool](), 0
-        for term in argument.terms if isinstance(argument, Sum) else (argument,):
-            if name_of(term) == self.tear:
-                turns.append(isinstance(term, Negative))
-            elif turn != 360.0 or (count := right_angles(term, 90.0)) is None:
-                raise NotPolynomial
-            else:
-                quarters += count
-        if len(turns) != 1:
-            raise NotPolynomial
-        cosine, sine = generator(COSINE), -generator(SINE) if turns[0] else generator(SINE)
-        for _ in range(quarters % 4):  # of plus or minus the angle, wherever in the sum that stands
-            cosine, sine = -sine, cosine
-        wave = cosine if function.startswith("cos") else sine
-        return wave, Polynomial({monomial: abs(c) for monomial, c in wave.items()})
-
-
-COSINE, SINE = "#cos", "#sin"
-TANGENT = generator("#half")
-CIRCLE = constant(1.0) + TANGENT * TANGENT
-
-
-def _half_angle(polynomial: Polynomial, power: int, cosine: Polynomial) -> Polynomial:
-    """A polynomial of cosine and sine as one of t = tan(θ/2), times a power of (1 + t²): ``cosine``
-    times 1 + t² is 1 - t², or what that would be if nothing cancelled in it."""
-    total = Polynomial()
-    for monomial, coefficient in polynomial.items():
-        exponents = Counter(dict(monomial))
-        i, j = exponents[COSINE], exponents[SINE]
-        factors = [cosine] * i + [TANGENT + TANGENT] * j + [CIRCLE] * (power - i - j)
-        total += reduce(mul, factors, constant(coefficient))
-    return total
-
 
 def _scaled(gross: Gross, factor: Fraction) -> Gross:
     return gross[0] * factor, gross[1] * abs(factor)
-
-
-def _total(polynomial: Polynomial) -> int:
-    return max((sum(exponent for _, exponent in monomial) for monomial in polynomial), default=0)
 
 
 def _dense(polynomial: Polynomial) -> list[Fraction]:
@@ -211,12 +155,11 @@ def _dense(polynomial: Polynomial) -> list[Fraction]:
 
 
 class _OnePolynomial(NamedTuple):
-    """A block as a polynomial in its tear, or in t: ``simple`` has each of its roots once,
-    ``several`` tells whether some are multiple, ``at_half_turn`` is the multiplicity of t = ∞."""
+    """A block as a polynomial in its tear: ``simple`` has each of its roots once, ``several`` tells
+    whether some are multiple."""
 
     forms: Forms
     simple: Coefficients
-    at_half_turn: int
     several: bool
 
     def has_neighbours(self, roots: Sequence[float]) -> bool:
@@ -236,78 +179,56 @@ def _decimal(number: float) -> Fraction:
     return Fraction(repr(number))
 
 
-def _one_polynomial(
-    problem: BlockProblem, turn: float | None, exact: Exact = Fraction
-) -> _OnePolynomial | None:
-    followed = _followed(problem, turn, exact)
+def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolynomial | None:
+    followed = _followed(problem, exact)
     if followed is None:
         return None
     forms, ((whole, gross),) = followed
-    power = _total(gross)
-    if turn is not None:
-        cosine = constant(2.0) - CIRCLE
-        whole, gross = _half_angle(whole, power, cosine), _half_angle(gross, power, CIRCLE)
     if any(abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items()):
         return None
     polynomial = _dense(whole)
-    at_half_turn = 2 * power - max(len(polynomial) - 1, 0)
     simple = simple_part(polynomial)
-    several = len(simple) < len(polynomial) or (turn is not None and at_half_turn > 1)
-    return _OnePolynomial(forms, simple, at_half_turn, several)
+    return _OnePolynomial(forms, simple, len(simple) < len(polynomial))
 
 
 def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False if the block is not such a polynomial, or rounding leaves one in
     doubt.
 
-    The only tear is a number, or an angle free to turn. Multiple roots are those of the exact
-    numbers; or of the decimals as written: (x - 1.6)^3 expanded has a triple root, which rounding
-    splits.
+    Multiple roots are those of the exact numbers; or of the decimals as written: (x - 1.6)^3
+    expanded has a triple root, which rounding splits.
     """
     (tear,) = problem.kernel.block.tears
-    turn, domain = problem.turn(tear), problem.domain(tear)
-    if turn is not None and (not problem.graph.is_turning(tear) or domain != (-turn / 2, turn / 2)):
-        return False
+    domain = problem.domain(tear)
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
-    within = (domain[0] - slack, domain[1] + slack) if turn is None else ()
-    found = _one_polynomial(problem, turn)
+    within = domain[0] - slack, domain[1] + slack
+    found = _one_polynomial(problem)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, turn, _decimal)
+        written = _one_polynomial(problem, _decimal)
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:
         return False
-    if turn is not None:
-        roots = (
-            *(2.0 * math.atan(t) * turn / math.tau for t in roots),
-            *[turn / 2] * (found.at_half_turn > 0),
-        )
     trial = Candidates(problem)
     for root in roots:
         point = _point_at(problem, found.forms, {tear: root})
         if point is None:
             return False
         if problem.holds(point):
-            trial.keep(point, singular=found.several, counted=found.several and turn is None)
+            trial.keep(point, singular=found.several, counted=found.several)
         elif not (is_clearly_violated(problem, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
 
 
-def _followed(
-    problem: BlockProblem, turn: float | None = None, exact: Exact = Fraction
-) -> tuple[Forms, list[Gross]] | None:
+def _followed(problem: BlockProblem, exact: Exact = Fraction) -> tuple[Forms, list[Gross]] | None:
     """The explicit forms of the steps, and the residuals; None if they are not polynomials."""
     forms = _explicit_forms(problem)
     try:
-        return (
-            None
-            if forms is None
-            else (forms, _Steps(problem, forms, turn, exact).residuals(problem))
-        )
+        return None if forms is None else (forms, _Steps(problem, forms, exact).residuals(problem))
     except (NotPolynomial, NoForm, OverflowError):
         return None
 
@@ -454,8 +375,6 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False if the block is not such a system, or rounding leaves one in
     doubt."""
     tears = problem.kernel.block.tears
-    if len(tears) != 2 or any(problem.turn(tear) is not None for tear in tears):
-        return False
     followed = _followed(problem)
     if followed is None:
         return False

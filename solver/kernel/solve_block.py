@@ -15,7 +15,6 @@ from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
 from rulesheets.evaluate import value
-from rulesheets.functions import named
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
@@ -44,8 +43,6 @@ FEW_TEARS, MANY_TEARS = 3, 4
 """Tears of a block up to which starts at random are sure to come across the sensible answer; the
 same of a small one with phasors."""
 
-_CIRCULAR = named(lambda row: row.turn and not row.half_turn)
-
 
 def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Method]:
     """The methods in order, up to the last resort; ``thorough`` if a proof is requested.
@@ -58,15 +55,11 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
         yield Method.LINEAR
     elif is_large(kernel):
         yield Method.SPARSE
-    # Those that count the answers. A polynomial in half an angle has a higher degree than a
-    # formula.
-    turning = any(map(kernel.graph.turn, tears))
-    if not turning and may_be_polynomial(kernel):
+    # those that count the answers
+    if may_be_polynomial(kernel):
         yield Method.POLYNOMIAL
     if kernel.closed is not None:
         yield Method.FORMULA
-    if turning and may_be_polynomial(kernel):
-        yield Method.POLYNOMIAL
     # A block of some size without angles may be a network, most of whose answers nobody asks about,
     # or the speeds of a mechanism, whose few answers all count.
     some = MAX_SEARCHED[0] < n <= MAX_SEARCHED[1]
@@ -106,17 +99,14 @@ def affords_dense(kernel: BlockKernel) -> bool:
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
-    """Whether the block may lead to one polynomial in a tear, or in the tangent of half of it."""
+    """Whether the block may lead to a polynomial in its tear, or to two in two."""
     tears, unknowns = kernel.block.tears, frozenset(kernel.unknowns)
-    turning = any(kernel.graph.turn(tear) for tear in tears)
-    if not 1 <= len(tears) <= 2 or (turning and len(tears) == 2):
+    if not 1 <= len(tears) <= 2 or any(map(kernel.graph.turn, tears)):
         return False
-    admitted = _CIRCULAR if turning else frozenset[str]()
 
     def found() -> bool:
         calls = (node for form in kernel.forms for node in walk(form) if isinstance(node, Call))
-        moving = (call for call in calls if not unknowns.isdisjoint(nodes.names(call)))
-        return all(call.function in admitted for call in moving)
+        return all(unknowns.isdisjoint(nodes.names(call)) for call in calls)
 
     return kernel.once("polynomial", found)
 
