@@ -312,22 +312,13 @@ class Attempt(NamedTuple):
     complete: bool = False
 
 
-class ProvedRoots(NamedTuple):
-    """As many ``roots``, two or none, are proved to be near an apparent double root of
-    ``unknowns``; of two, ``apart`` is a lower bound of their distance in each."""
-
-    unknowns: tuple[str, ...]
-    roots: int
-    apart: Mapping[str, float] = {}
-
-
 class Proof(NamedTuple):
     """``radius``: an upper bound of the error of every number of a ``proved`` answer.
 
     ``nearest``: every number is the float nearest to the exact one. ``obstacle`` says why there is
     no proof. ``double``: unknowns at an exact double root: in rational numbers the rules hold, and
     their Jacobian is singular. (Such an answer is not ``proved``: an arbitrarily small change of an
-    input removes it.) ``beside``: the exact roots near an apparent double root.
+    input removes it.)
     """
 
     proved: bool
@@ -335,4 +326,3 @@ class Proof(NamedTuple):
     nearest: bool = False
     obstacle: str = ""
     double: tuple[str, ...] = ()
-    beside: ProvedRoots | None = None

@@ -74,15 +74,6 @@ def preconditioned(
     return rest.tolist(), shift.entries()
 
 
-def solved(matrix: Sequence[Sequence[Ball]], rhs: Sequence[Ball]) -> list[Ball]:
-    """x (n,) with A x = b, for every A (n, n) and b (n,) in the balls.
-
-    Raises ZeroDivisionError if an A may be singular.
-    """
-    found: list[Ball] = arb_mat(matrix).solve(arb_mat([[b] for b in rhs])).entries()
-    return found
-
-
 def _form(row: Function) -> Callable[..., Ball]:
     def defined(template: Expression, places: Mapping[str, Ball]) -> Ball:
         try:

@@ -202,14 +202,10 @@ def finite(values: Mapping[str, Value]) -> dict[str, Value]:
 
 
 def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
-    """The proof of an answer, and the exact roots near an apparent double root."""
+    """The proof of an answer."""
     assert answer.proof is not None
     radius = {name: answer.radius[name] for name in shown if name in answer.radius}
-    found: Json = {"proved": answer.proof.proved, "radius": radius}
-    if (beside := answer.proof.beside) is not None:
-        apart = {name: distance for name, distance in beside.apart.items() if name in shown}
-        found["beside"] = {"roots": beside.roots, "apart": apart}
-    return found
+    return {"proved": answer.proof.proved, "radius": radius}
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> Json:
@@ -279,7 +275,7 @@ def conditions_text(result: Result) -> str:
 def proof_lines(result: Result) -> Iterator[str]:
     """Whether answers with a proof are proved, how exactly, and whether these are all.
 
-    For a double root: whether it is exact, or else which roots there are, if that is proved.
+    For a double root: whether it is exact.
     """
     proofs = [solution.proof for solution in result.solutions if solution.proof is not None]
     proved = [proof for proof in proofs if proof.proved]
@@ -289,15 +285,7 @@ def proof_lines(result: Result) -> Iterator[str]:
                 names = ", ".join(proof.double)
                 exactly = "hold exactly, with a singular Jacobian: a double root"
                 yield f"proved: the rules of {names} {exactly}"
-            elif proof.beside is not None:
-                distances = proof.beside.apart.items()
-                apart = (f"{name} {distance:.2g}" for name, distance in distances if distance)
-                unknowns = ", ".join(proof.beside.unknowns)
-                said = f"there is no answer here for {unknowns}, but only just"
-                if proof.beside.roots:
-                    said = f"there are two answers, this far apart: {', '.join(apart)}"
-                yield f"proved: for the numbers exactly as they are {said}"
-        if not any(proof.double or proof.beside for proof in proofs):
+        if not any(proof.double for proof in proofs):
             yield "not proved: rounding decides whether there are two answers, one or none"
     if result.status is not Status.SOLVED:
         return
