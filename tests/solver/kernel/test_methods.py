@@ -36,7 +36,7 @@ def kernel(text: str) -> BlockKernel:
         ("y = exp(x)\nx*y = 2", [Method.RANGE, Method.STARTS]),
         (
             "3*cosd(t) + 2*sind(t) = x\nx = 1 + sind(t)",
-            [Method.FORMULA, Method.POLYNOMIAL, Method.RANGE, Method.STARTS],
+            [Method.FORMULA, Method.RANGE, Method.STARTS],
         ),
         (
             "variables\nx in [0, 1]\ny in [0, 1]\nz in [0, 1]\nrules\n"
