@@ -31,7 +31,7 @@ from solver.facts import (
 )
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import COVERED
-from solver.path import Evaluate, SolveBlock, Step, activity, equations_of
+from solver.path import SolveBlock, Step, activity, equations_of
 from solver.path.cases import (
     AT_LEAST,
     AT_MOST,
@@ -223,18 +223,6 @@ def branch_errors(model: Model, branch: Branch) -> dict[str, float]:
     found = forward_errors(model, branch.values, branch.steps, branch.conditions)
     numbers = {n: v for n, v in branch.values.items() if isinstance(v, float)}
     return {name: found.error.get(name) or half_unit(number) for name, number in numbers.items()}
-
-
-def is_exact(graph: ModelGraph, branch: Branch, name: str) -> bool:
-    """Whether a value is an input, a number that a rule says, or a copy of one."""
-    origin = branch.origins.get(name)
-    if not isinstance(origin, Evaluate):
-        return origin is None
-    said, _ = graph.isolated(origin.equation, graph.number[name])
-    if said is None or not said.identity or not isinstance(said.start, nodes.Number | nodes.Name):
-        return False
-    others = (other for other in graph.model.equations[origin.equation].names if other != name)
-    return all(is_exact(graph, branch, other) for other in others)
 
 
 def infinite(model: Model, branch: Branch, name: str) -> bool:

@@ -397,7 +397,6 @@ _SPECIAL = (
         inverse=Inverse(by("erfinv"), -1.0, 1.0, True, True),
         slopes=lambda x: _BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erf, image=UNIT, ulps=SPECIAL_ULPS),
-        image=UNIT,
     ),
     _special(
         *("erfc", "complementary error function, 1 - erf(x)", "erfc(0.5) + erf(0.5) = 1"),
@@ -407,7 +406,6 @@ _SPECIAL = (
         slopes=lambda x: -_BELL * call("exp", -(x**2.0)),
         interval=Monotone(math.erfc, image=(0.0, 2.0), ulps=SPECIAL_ULPS, falling=True),
         nonzero=True,
-        image=(0.0, 2.0),
     ),
     _special(
         *("erfinv", "inverse error function", "erf(erfinv(0.5)) = 0.5"),

@@ -65,13 +65,12 @@ class Function:
     Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps``
     by how many units in the last place ``value`` may be off; ``smooth`` is False for a function
     with kinks or jumps; ``jumps``: it jumps at points that depend on its arguments, and ``steady``
-    tells of balls whether it does not there; ``image`` are the ends of its values that it never
-    attains, where no inverse says so; ``nonzero``: it is 0 only where floats lose it; ``turn``: the
-    full turn of its argument, an angle, ``half_turn``: half of that makes no difference to it;
-    ``swings``: it goes through 0 again and again as its last argument grows, though not
-    periodically; ``angle``: the full turn of its result, an angle; ``alike``: its arguments have
-    one unit, whatever it is, ``keeps_unit``: which its result has, too; ``source``: the file that
-    registered it, None for a function of the language.
+    tells of balls whether it does not there; ``nonzero``: it is 0 only where floats lose it;
+    ``turn``: the full turn of its argument, an angle, ``half_turn``: half of that makes no
+    difference to it; ``swings``: it goes through 0 again and again as its last argument grows,
+    though not periodically; ``angle``: the full turn of its result, an angle; ``alike``: its
+    arguments have one unit, whatever it is, ``keeps_unit``: which its result has, too; ``source``:
+    the file that registered it, None for a function of the language.
     """
 
     name: str
@@ -92,7 +91,6 @@ class Function:
     smooth: bool = True
     jumps: bool = False
     steady: Callable[..., bool] | None = None
-    image: tuple[float, float] | None = None
     nonzero: bool = False
     turn: float | None = None
     half_turn: bool = False

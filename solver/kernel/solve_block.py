@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -127,20 +127,18 @@ def solve_block(
     budget: Budget,
     assumed: bool,
     off: InputErrors,
-    given: Collection[str],
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget``
     begun for it.
 
     ``off``: the errors of these values, by name. ``assumed``: the block belongs to a case that may
-    well have no answer, so last resorts are left out. ``given``: the known names whose values are
-    exact.
+    well have no answer, so last resorts are left out.
     """
     problem = BlockProblem(kernel, values, guesses, budget)
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
-    outcome = _Methods(problem, off).run(assumed, given)
+    outcome = _Methods(problem, off).run(assumed)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
     from solver.kernel.full_search import with_isolated
@@ -170,7 +168,7 @@ class _Methods:
         self.complete = self.whole = False
         self.stretches: tuple[Undecided, ...] = ()
 
-    def run(self, assumed: bool, given: Collection[str]) -> BlockOutcome:
+    def run(self, assumed: bool) -> BlockOutcome:
         """Try one method after another until the answers are known to be all."""
         problem, candidates, budget = self.problem, self.candidates, self.budget
         settled: BlockOutcome | None = None
@@ -184,7 +182,7 @@ class _Methods:
                 if problem.guesses or candidates.answers:
                     return self._outcome()
                 continue
-            if method is Method.STARTS and (refuted := self._refuted(given)) is not None:
+            if method is Method.STARTS and (refuted := self._refuted()) is not None:
                 return refuted
             settled = self._tried(method)
             if method is Method.SPARSE and candidates.answers and not budget.thorough:
@@ -196,7 +194,7 @@ class _Methods:
             if method is Method.RANGE and candidates.sensible is not None:
                 return self._outcome()
         if settled is None and self.complete and candidates.is_empty:
-            settled = self._refuted(given)
+            settled = self._refuted()
             if settled is not None:
                 return settled
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
@@ -228,14 +226,13 @@ class _Methods:
         open_ = self.candidates.is_empty and not (self.complete or assumed)
         return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
-    def _refuted(self, given: Collection[str]) -> BlockOutcome | None:
+    def _refuted(self) -> BlockOutcome | None:
         """Why the rules contradict each other, whatever the unknowns are; None if that is
         unknown."""
-        from solver.kernel.algebra import contradiction, unattained
+        from solver.kernel.algebra import contradiction
 
         conflict = contradiction(self.problem) if self.candidates.is_empty else None
-        why = conflict or unattained(self.problem, given)
-        return None if why is None else BlockOutcome(complete=True, facts=(why,))
+        return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:
         """The outcome of a method, if it settles the block; otherwise its answers are added."""

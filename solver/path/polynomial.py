@@ -94,15 +94,6 @@ class Polynomial(dict[Monomial, Fraction]):
             tuple(dict(monomial).get(name, 0) for name in names): c for monomial, c in self.items()
         }
 
-    def cleared(self) -> Polynomial:
-        """Multiplied by the divisors of its terms."""
-        lowest = {
-            name: min(e for m in self for other, e in m if other == name)
-            for name in self.generators
-        }
-        divisors = sorted((name, -exponent) for name, exponent in lowest.items() if exponent < 0)
-        return self * Polynomial({tuple(divisors): Fraction(1)})
-
     def coefficients(self, name: str) -> dict[int, Polynomial]:
         """By powers of one generator."""
         parts: dict[int, Polynomial] = {}

@@ -42,7 +42,6 @@ from solver.leaves import (
     hides_no_answer,
     indeterminacy,
     infinite,
-    is_exact,
     moved_into_one_turn,
     turns_matter,
     unmet,
@@ -482,12 +481,8 @@ class PathSearch:
             first = step not in self._searched
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
-            off, given = (
-                partial(self._off, branch),
-                [n for n in kernel.known if is_exact(self.graph, branch, n)],
-            )
             self.outcomes[key] = solve_block(
-                kernel, values, self.guesses, self.budget, assumed, off, given
+                kernel, values, self.guesses, self.budget, assumed, partial(self._off, branch)
             )
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[kind_of(self.model, step)] += 1
