@@ -4,7 +4,6 @@ from rulesheets.evaluate.gradient import (
     NotDifferentiable,
     derivatives,
     differentiate,
-    less_one,
     rounded_derivatives,
     slopes_by_name,
 )
@@ -17,7 +16,6 @@ __all__ = [
     "differentiate",
     "enclose",
     "holds",
-    "less_one",
     "rounded_derivatives",
     "slopes_by_name",
     "value",

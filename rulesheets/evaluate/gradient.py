@@ -8,7 +8,7 @@ of the rounding error comes with it.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
@@ -254,22 +254,6 @@ def _tied(parts: Sequence[Part[float]]) -> bool:
     """Whether rounding decides which argument is the least or greatest (``max(x, pi)``)."""
     pairs = ((one, other) for one, other in combinations(parts, 2) if one.value == other.value)
     return any(one.rounded or other.rounded for one, other in pairs)
-
-
-def less_one(
-    terms: Sequence[Expression], is_one: Callable[[Expression], bool]
-) -> tuple[int, int] | None:
-    """The places of ``exp(x)`` and 1 in a sum that contains their difference; None otherwise.
-
-    Computed as one operation, they keep the digits that cancel at a small x.
-    """
-    away = [isinstance(term, Negative) for term in terms]
-    parts = [term.operand if isinstance(term, Negative) else term for term in terms]
-    called = [(place, part) for place, part in enumerate(parts) if isinstance(part, Call)]
-    powers = [place for place, part in called if part.function == "exp"]
-    ones = [place for place, part in enumerate(parts) if is_one(part)] if powers else []
-    pairs = ((power, one) for power in powers for one in ones if away[power] != away[one])
-    return next(pairs, None)
 
 
 class NotDifferentiable(ValueError):

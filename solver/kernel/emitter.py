@@ -30,9 +30,8 @@ from rulesheets.syntax.nodes import (
     names,
 )
 
-CALLED, POWER, EXPM1 = "f_", "POWER", "EXPM1"
-"""Prefixes of tokens of functions; a power, and ``exp(x) - 1`` on arrays: no function of the
-language has capitals."""
+CALLED, POWER = "f_", "POWER"
+"""The prefix of tokens of functions, and a power: no function of the language has capitals."""
 
 
 T = TypeVar("T")
@@ -151,7 +150,7 @@ class Emitter(CodeLines[str]):
 def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
     """The function of code for floats, or for arrays, which calls those of the language by their
     tokens."""
-    own = {POWER: np.power if arrays else _power, EXPM1: np.expm1}
+    own = {POWER: np.power if arrays else _power}
     known: dict[str, Any] = {
         "__builtins__": {"ValueError": ValueError},
         "nan": nan,

@@ -132,7 +132,7 @@ def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
         if not root.converged or tangents is None or tangents.touch(root.x):
             break  # else some exponential is still far above its tangent
         root = sparse_newton(*functions, root.x, sizes, positive, explicit=explicit, limit=limit)
-    if tangents is not None and root.converged and tangents.cancels:
+    if tangents is not None and root.converged:
         polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
         root = root._replace(x=polished.x) if polished.converged else root
     return root
@@ -333,15 +333,13 @@ ON_TANGENT = 1e-6
 class Tangents:
     """The ``system`` with tangents; ``follow`` moves their points to a point of the unknowns.
 
-    ``some``: whether there is an exponential of unknowns. ``cancels``: whether 1 is subtracted from
-    exponentials that may be close to it.
+    ``some``: whether there is an exponential of unknowns.
     """
 
     def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
         self.known = np.array(known, dtype=float)
         self.system = copy(system)
         self.system.shapes = [copy(shape) for shape in system.shapes]
-        self.cancels = any(shape.cancels for shape in system.shapes)
         self._arguments = []
         for shape in self.system.shapes:
             moving = {f"#{k}" for k, _ in shape.moving}

@@ -4,7 +4,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
@@ -13,22 +13,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import differentiate, less_one, slopes_by_name
+from rulesheets.evaluate import differentiate, slopes_by_name
 from rulesheets.syntax.nodes import (
     ZERO,
-    Call,
     Expression,
     Name,
-    Negative,
-    Sum,
-    add,
-    children,
     names,
-    negative,
-    rebuilt,
     subtract,
 )
-from solver.kernel.emitter import EXPM1, compile_expressions, divisors
+from solver.kernel.emitter import compile_expressions, divisors
 from solver.numerics.linear_algebra import Array, Triplets
 from solver.numerics.tolerances import BESIDE
 from solver.path.graph import shape_of
@@ -172,10 +165,7 @@ class _Arrays:
         self.moving = [(k, places[k] < n) for k in range(len(places)) if (places[k] < n).any()]
         self._all_move = [bool(m.all()) for _, m in self.moving]
         self.compiled = partial(compile_expressions, arguments=arguments, arrays=True)
-        ones = {f"#.{k}" for k, column in enumerate(self.numbers) if (column == 1.0).all()}
-        exact = with_expm1(self.form, ones) if ones else self.form
-        self.cancels = exact != self.form
-        self._residual = self.compiled([exact])
+        self._residual = self.compiled([self.form])
         slopes = slopes_by_name(self.form, {f"#{k}" for k, _ in self.moving})
         self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
@@ -215,23 +205,6 @@ class _Arrays:
             if read:
                 found.append((read, self.compiled([divisor, *slopes])))
         return found
-
-
-def with_expm1(expression: Expression, ones: Collection[str]) -> Expression:
-    """The expression with ``exp(x) - 1`` as one function; the names ``ones`` stand for 1."""
-    expression = rebuilt(
-        expression, tuple([with_expm1(part, ones) for part in children(expression)])
-    )
-    terms = expression.terms if isinstance(expression, Sum) else ()
-    pair = less_one(terms, lambda part: isinstance(part, Name) and part.name in ones)
-    if pair is None:
-        return expression
-    power, one = pair
-    away = isinstance(terms[power], Negative)
-    (call,) = children(terms[power]) if away else (terms[power],)
-    difference = Call(EXPM1, children(call))
-    told = {power: negative(difference) if away else difference}
-    return add(*[told.get(place, term) for place, term in enumerate(terms) if place != one])
 
 
 def _read(expression: Expression) -> list[int]:
