@@ -111,8 +111,6 @@ MOST = 48
 """The most ends of a round that are examined, ordinary sizes first: many may lie along a curve or
 far out."""
 FINISH = NewtonLimits(iterations=60, escapes=0)
-NEAR_ZERO = 1e-6
-"""Share of its size below which an unknown is approaching 0."""
 
 
 def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
@@ -130,7 +128,6 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
         for end in nearest[:MOST]:
             candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
-                _beside_zeros(problem, candidates, starts)
                 return
         if turn == 0 and not new:
             # a start of least residual tells how near the search came
@@ -156,22 +153,6 @@ def _arrivals(
     arrays, known = problem.kernel.arrays, problem.known
     residual, jacobian = partial(arrays.residual, known), partial(arrays.jacobian, known)
     return arrivals(residual, jacobian, starts, problem.sizes, by, ranges)
-
-
-def _beside_zeros(problem: BlockProblem, candidates: Candidates, starts: Array) -> None:
-    """If the starts led to a curve on which unknowns are 0 (a mass, say, in all terms): the same
-    starts again, without crossing those zeros."""
-    points = np.array([list(answer.values.values()) for answer in candidates.answers])
-    zero = (
-        (points == 0.0).all(axis=0) if len(points) else np.zeros(len(problem.unknowns), dtype=bool)
-    )
-    if not zero.any():
-        return
-    ranges = np.where(zero, 0.0, -np.inf), np.where(zero, 0.0, np.inf)
-    ends = _arrivals(problem, starts, ranges)
-    away = ends[(abs(ends[:, zero]) > NEAR_ZERO * problem.sizes[zero]).all(axis=1)]
-    for end in _distinct(problem, away, [])[:MOST]:
-        candidates.refine(end.tolist(), FINISH)
 
 
 def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
