@@ -11,7 +11,7 @@ import numpy as np
 
 from solver.accuracy.rule_sides import MANY, gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
-from solver.kernel.block import DENSE, BlockKernel
+from solver.kernel.block import BlockKernel
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
@@ -368,15 +368,9 @@ class Candidates:
         return True
 
     def _double(self, point: dict[str, float]) -> DoubleRoot:
-        x, sparse = list(point.values()), self.problem.sparse if len(point) > DENSE else None
+        x = list(point.values())
         try:
-            if sparse is None:
-                direction = null_direction(self.problem.jacobian(x), x)
-            else:
-                from solver.numerics.linear_algebra import SparseFactor
-
-                sizes = np.array([abs(v) or 1.0 for v in x])
-                direction = SparseFactor(sparse[1](np.array(x)), len(x)).null_direction(sizes)
+            direction = null_direction(self.problem.matrix(x), x)
         except (ArithmeticError, ValueError):
             direction = (1.0,) * len(x)
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > MOVES}

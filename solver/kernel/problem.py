@@ -135,13 +135,16 @@ class BlockProblem:
         system = self.kernel.sparse
         return None if system is None else system.at(self.known)
 
-    def factor(self, x: Sequence[float], sizes: Sequence[float]) -> Factor:
-        """The Jacobian at a point (n,), factored: that of a large block as a sparse matrix."""
+    def matrix(self, x: Sequence[float]) -> Any:
+        """The Jacobian at a point (n,): that of a large block as a sparse matrix."""
         n = len(self.unknowns)
         if n <= MANY or self.sparse is None:
-            return factorise(self.jacobian(list(x)), sizes)
-        data, rows, columns = self.sparse[1](np.asarray(x, dtype=float))
-        return factorise(sparse_matrix(data, rows, columns, (n, n)), sizes)
+            return self.jacobian(list(x))
+        return sparse_matrix(*self.sparse[1](np.asarray(x, dtype=float)), (n, n))
+
+    def factor(self, x: Sequence[float], sizes: Sequence[float]) -> Factor:
+        """The Jacobian at a point (n,), factored."""
+        return factorise(self.matrix(x), sizes)
 
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))

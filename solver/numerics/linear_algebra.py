@@ -26,10 +26,8 @@ MOST_DENSE = 600
 
 PANEL = 1
 """Columns that SuperLU takes at once: networks have few that are alike."""
-INVERSE_ITERATIONS = 3
 
 Array: TypeAlias = NDArray[np.float64]
-Rows: TypeAlias = Sequence[Sequence[float]] | Array
 Triplets: TypeAlias = tuple[Array, NDArray[np.intp], NDArray[np.intp]]
 """The entries of a sparse matrix, their rows and their columns; entries at one place are added."""
 
@@ -86,18 +84,6 @@ class SparseFactor:
     def solve(self, rhs: Array) -> Array:
         with np.errstate(over="ignore"):
             return np.asarray(self.lu.solve(rhs / self.rows))
-
-    def null_direction(self, sizes: Array) -> tuple[float, ...]:
-        """The direction (n,), its largest part ± 1, along which the rows change least in units of
-        ``sizes``, by inverse iteration (Golub & Van Loan, *Matrix Computations*, section 8.2)."""
-        v = np.ones(self.n)
-        with np.errstate(all="ignore"):
-            for _ in range(INVERSE_ITERATIONS):
-                v = self.lu.solve(self.lu.solve(v / sizes, "T")) / sizes
-                v = v / np.abs(v).max()
-            v = sizes * v
-            v = v / np.abs(v).max()
-        return tuple(v.tolist()) if np.isfinite(v).all() else (1.0,) * self.n
 
     def spread(self, tolerance: Array, sizes: Array) -> float:
         """The largest of |J⁻¹|·t relative to the ``sizes``: a norm, estimated as by N. J. Higham &
@@ -194,15 +180,6 @@ def any_rank(matrix: Any, column_weights: Any) -> Factor:
     )
 
 
-def least_squares(a: Array, rhs: Array, share: float) -> Array | None:
-    """The x (n, k) for which |a x - rhs| is least; None if columns of a (m, n) are dependent, to
-    within such a share of its size. By QR with column pivoting."""
-    from scipy.linalg import lstsq
-
-    x, _, rank, _ = lstsq(a, rhs, cond=share, lapack_driver="gelsy")
-    return np.asarray(x) if rank == a.shape[1] else None
-
-
 def row_sizes(matrix: Any, column_weights: Any) -> Array:
     """Σ_j |A_ij| |w_j| for every row i."""
     with np.errstate(all="ignore"):  # an infinite size tells of what overflows
@@ -210,14 +187,18 @@ def row_sizes(matrix: Any, column_weights: Any) -> Array:
     return sizes
 
 
-def null_direction(matrix: Rows, x: Sequence[float]) -> tuple[float, ...]:
+def null_direction(matrix: Any, x: Sequence[float]) -> tuple[float, ...]:
     """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by
-    |x|.
+    |x|; all ones for a large sparse matrix.
 
     The right singular vector of the smallest singular value of A with rows equilibrated and
     columns scaled by |x|, 1 where that is 0 (Golub & Van Loan, *Matrix Computations*, section 2.4).
     """
     scale = np.array([abs(v) or 1.0 for v in x])
+    if hasattr(matrix, "toarray"):
+        if len(x) > MOST_DENSE:
+            return (1.0,) * len(x)
+        matrix = matrix.toarray()
     with np.errstate(all="ignore"):
         scaled = as_matrix(matrix, len(x)) * scale
         sizes = np.abs(scaled).max(axis=1)

@@ -37,7 +37,6 @@ from rulesheets.syntax.nodes import (
     subtract,
 )
 from rulesheets.syntax.program import walk
-from solver.numerics.linear_algebra import least_squares
 from solver.numerics.tolerances import NULL
 from solver.path.graph import shape_of
 
@@ -59,8 +58,6 @@ CANCELLING = 0.01
 alike."""
 MANY = 200
 """Unknowns of a model beyond which no sizes are suggested."""
-LARGE = 100
-"""Columns of a matrix from which on QR with pivoting is much faster than singular values."""
 UNDECIDED = 1e-6
 """Share of an unknown that may move without any rule, below which it is determined."""
 
@@ -96,12 +93,6 @@ def suggested(
         rows.read(equation)
     a, k, c = rows.parts(len(unknowns))
     places = [unknowns.index(name) for name in names]
-    if (
-        a.shape[1] > LARGE
-        and (found := least_squares(a, np.column_stack([k, c]), NULL)) is not None
-    ):
-        decades = -found[places]
-        return _sparse(decades[:, :-1]), decades[:, -1].tolist(), [True] * len(names)
     inverse = np.linalg.pinv(a, rcond=NULL)
     determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
     return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()

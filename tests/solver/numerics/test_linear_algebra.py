@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 from solver.numerics.linear_algebra import (
     any_rank,
     factorise,
-    least_squares,
     null_direction,
     row_sizes,
 )
@@ -91,18 +90,3 @@ def test_a_direction_is_scaled_like_the_point() -> None:
     moving = null_direction([[1.0, -2.0], [2.0, -4.0]], [4.0, 2.0])
     assert [abs(part) for part in moving] == pytest.approx([1.0, 0.5])
     assert null_direction([[1.0, float("inf")], [0.0, 1.0]], [1.0, 1.0]) == (1.0, 1.0)
-
-
-def test_least_squares_of_many_columns_agree_with_the_pseudoinverse() -> None:
-    a = numpy.random.default_rng(1).normal(size=(300, 120))
-    a[numpy.abs(a) < 1.5] = 0.0
-    rhs = numpy.random.default_rng(2).normal(size=(300, 3))
-    found = least_squares(a, rhs, 1e-9)
-    assert found is not None
-    assert numpy.abs(found - numpy.linalg.pinv(a) @ rhs).max() <= 1e-12
-
-
-def test_columns_that_depend_on_one_another_have_no_least_squares() -> None:
-    a = numpy.random.default_rng(1).normal(size=(300, 120))
-    a[:, 3] = a[:, 4] - a[:, 5]
-    assert least_squares(a, a[:, :1], 1e-9) is None
