@@ -29,7 +29,7 @@ from solver.numerics.one_unknown import (
     split_point,
     value_at,
 )
-from solver.numerics.tolerances import EVEN, MULTIPLE, PLATEAU
+from solver.numerics.tolerances import MULTIPLE, PLATEAU
 
 Interval: TypeAlias = tuple[float, float]
 Intervals: TypeAlias = list[Interval]
@@ -279,8 +279,6 @@ class _RootBoxes:
                 match judge(section, width):
                     case BoxState.SINGLE:
                         settled.append(box)
-                    case BoxState.NOISY_END:
-                        at_rounding += _noise_at_ends(section)
                     case BoxState.ROUNDING:
                         at_rounding.append(box)
                     case BoxState.OPEN:
@@ -485,7 +483,6 @@ class BoxState(Enum):
 
     EMPTY = "it holds no root"
     SINGLE = "it holds exactly one"
-    NOISY_END = "f is monotone, and 0 to rounding at an end"
     ROUNDING = "it cannot usefully be split any more"
     OPEN = "it is to be split"
 
@@ -508,11 +505,12 @@ def judge(section: Section, width: float) -> BoxState:
             for reach, (below, above) in reaches
         ):
             return BoxState.EMPTY
-        if slope_0 > 0.0 or slope_1 < 0.0:
-            if (low_0 > 0.0 or low_1 < 0.0) and (high_0 > 0.0 or high_1 < 0.0):
-                return BoxState.SINGLE if (low_0 > 0.0) is not (high_0 > 0.0) else BoxState.EMPTY
-            if min(abs(slope_0), abs(slope_1)) * EVEN >= steepest:
-                return BoxState.NOISY_END
+        if (
+            (slope_0 > 0.0 or slope_1 < 0.0)
+            and (low_0 > 0.0 or low_1 < 0.0)
+            and (high_0 > 0.0 or high_1 < 0.0)
+        ):
+            return BoxState.SINGLE if (low_0 > 0.0) is not (high_0 > 0.0) else BoxState.EMPTY
         reach = steepest * max(section.middle - section.low, section.high - section.middle)
         spread = min(width, 2.0 * reach)
     blurs = [high - low for low, high in (section.at_low, section.at_middle, section.at_high)]
@@ -520,15 +518,3 @@ def judge(section: Section, width: float) -> BoxState:
     narrow = nextafter(nextafter(section.low, inf), inf) >= section.high
     done = narrow or spread <= 4.0 * noise or not section.low < section.middle < section.high
     return BoxState.ROUNDING if done else BoxState.OPEN
-
-
-def _noise_at_ends(section: Section) -> Intervals:
-    """The ends of a monotone box near which f is 0 to rounding, by an interval Newton step from
-    there."""
-    shallow = min(abs(section.slope[0]), abs(section.slope[1]))
-    boxes = []
-    for end, (below, above) in ((section.low, section.at_low), (section.high, section.at_high)):
-        if below <= 0.0 <= above:
-            reach = max(above, -below) / shallow
-            boxes.append((max(section.low, end - reach), min(section.high, end + reach)))
-    return boxes

@@ -86,9 +86,6 @@ accept."""
 NARROW = 1e-12
 """Width of a box, relative to its place, below which it is not cut: some thousand ε."""
 
-EVEN = 1e3
-"""Largest ratio of slopes across a box from whose ends an interval Newton step is worth taking."""
-
 HOME = 1e-7
 """Scaled distance from its start at which a curve is closed: the root of the rounding of its
 points."""
