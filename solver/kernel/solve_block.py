@@ -9,7 +9,6 @@ Levenberg, 1944, and D. Marquardt, 1963), which helps where the Jacobian is near
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import TYPE_CHECKING, NamedTuple
@@ -113,9 +112,6 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
 
 SEARCHES = frozenset({Method.RANGE, Method.SUBSTITUTION, Method.BOXES, Method.STARTS})
 """Methods that search for answers everywhere."""
-LONG, BRIEF = 20_000, 2_000
-"""Boxes that searches of blocks of one pattern have taken, beyond which the start of sympy costs
-less; and those of one search that costs no more than an eliminant."""
 MAX_STRETCHES = 6
 """Intervals that a search left open, beyond which it is no use to settle them."""
 
@@ -305,14 +301,8 @@ class _Methods:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
         countable = method is Method.RANGE and not self.budget.brief
-        self.whole = countable and self._counted_first()
-        if not self.whole:
-            self.whole = _any_complete(searches)
-            self._history["boxes"] += sum(
-                search.boxes for search in searches if search.boxes > BRIEF
-            )
+        self.whole = _any_complete(searches) or (countable and counted(problem, candidates))
         if not self.whole and method is Method.RANGE:
-            self.whole = countable and counted(problem, candidates)
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             # it failed to prove that it has all in a few short stretches alone
             settleable = next(few, None)
@@ -320,22 +310,6 @@ class _Methods:
         self.complete = self.whole and not candidates.unresolved
         candidates.tried(method, self.complete)
         return None if candidates.answers else every[0].flat_stretch()
-
-    @property
-    def _history(self) -> Counter[str]:
-        """The results of searches of blocks of the pattern."""
-        return self.kernel.once("searches", Counter[str])
-
-    def _counted_first(self) -> bool:
-        """Whether all answers are found by the eliminant: tried before a search if searches take
-        long, as long as that succeeds."""
-        from solver.kernel.polynomial_block import counted
-
-        if self._history["boxes"] <= LONG or self._history["uncounted"]:
-            return False
-        found = counted(self.problem, self.candidates)
-        self._history["uncounted"] += not found
-        return found
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates

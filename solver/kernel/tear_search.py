@@ -124,7 +124,6 @@ class TearSearch:
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Undecided] = []
         self.doubts = self.lost = False
-        self.boxes = 0
         self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](
             lambda: ([], [])
         )
@@ -186,7 +185,6 @@ class TearSearch:
         )
         self.budget.spend(search.levels * enclosure.operations)
         self.budget.used += search.evaluations // BOXES
-        self.boxes += search.evaluations
         search = self._nearest(place, self._without_holes(place, search))
         confined = search.complete or (search.unresolved and not self.kernel.repeating)
         self.lost |= not confined or not (smooth or not search.roots)
