@@ -11,11 +11,11 @@ Otter, ESM 1994, 326-332.)
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import cache, partial
 from math import ceil, inf, isfinite, prod
 from operator import attrgetter
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Variable
@@ -32,7 +32,8 @@ from solver.kernel.chain import (
     assigned,
     is_exhaustive,
 )
-from solver.path import Circle, ClosedForm, Let, Parabola
+from solver.kernel.closed_form import candidates
+from solver.path import Coefficient, Let
 from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
 from solver.path.polynomial import CIRCULAR, Generators, NoForm
@@ -199,78 +200,70 @@ def _solved(graph: ModelGraph, block: Block, tear: str) -> tuple[Ways, Angles]:
         (form := closed_form(rules, names, turning, tear)) is None
     ):
         return (), {}
-    found, angles = _formulas(graph, form, prefix)
+    start = _Assignments(graph, prefix, {})
+    found = tuple(branch.items for branch, _ in candidates(form, start, {}))
     if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
         return (), {}  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
-    return found, angles
+    return found, start.angles
 
 
 def _is_free(variable: Variable) -> bool:
     return variable.low == -inf and variable.high == inf
 
 
-def _formulas(graph: ModelGraph, form: ClosedForm, prefix: str) -> tuple[Ways, Angles]:
-    """The branches of a closed form, and the names of the cosine and the sine of its angles."""
-    own = {
-        name: prefix + name for formula in form for name in _given(formula) if name.startswith("#")
-    }
-    names = {name: Name(told) for name, told in own.items()}
+class _Assignments:
+    """The closed form of a block as assignments, for a ``prefix`` of their own names: the numbers
+    are expressions, and whatever must not be negative is assigned and bounded."""
 
-    def of(expression: Expression) -> Expression:
-        return substitute(expression, names)
+    def __init__(
+        self, graph: ModelGraph, prefix: str, angles: Angles, items: tuple[Assignment, ...] = ()
+    ) -> None:
+        self.graph, self.prefix, self.angles, self.items = graph, prefix, angles, items
 
-    def item(name: str, expression: Expression, relational: bool = False) -> Assignment:
-        variable = graph.model.variables.get(name)
-        found = (
-            Assignment(own[name], expression)
-            if variable is None
-            else assigned(variable, expression)
-        )
-        return found._replace(relational=relational)
+    def fork(self) -> _Assignments:
+        return _Assignments(self.graph, self.prefix, self.angles, self.items)
 
-    steps: list[Ways] = []
-    angles: Angles = {}
-    for number, formula in enumerate(form):
-        root = Assignment(f"{prefix}.{number}", nodes.ZERO, low=0.0)
-        match formula:
-            case Let(name, Call("atan2" | "atan2d", (Name(sine), Name(cosine))) as angle):
-                angles[name] = own[cosine], own[sine]
-                steps.append(((item(name, of(angle)),),))
-            case Let(name, expression, divisor, size):
-                relational = isinstance(expression, Quotient)
-                reciprocal = isinstance(expression, Quotient) and expression.left == nodes.ONE
-                low = 0.0 if size is not None and not divisor else -inf
-                found = item(name, of(expression), relational=relational)
-                found = found._replace(low=max(low, found.low), reciprocal=reciprocal)
-                steps.append(((found,),))
-            case Parabola(name):
-                a, b, c = (of(part.expression) for part in formula[1:])
-                root = root._replace(expression=b**2.0 - 4.0 * (a * c))
-                square = call("sqrt", Name(root.name))
-                roots = ((-b + square) / (2.0 * a), (-b + -square) / (2.0 * a))
-                steps.append(tuple((root, item(name, value, relational=True)) for value in roots))
-            case Circle(x, y):
-                a, b, k, radius = (of(part.expression) for part in formula[2:])
-                length = Assignment(f"{prefix}.{number}l", a**2.0 + b**2.0)
-                root = root._replace(expression=Name(length.name) * radius - k**2.0)
-                both = call("sqrt", Name(root.name)), -call("sqrt", Name(root.name))
-                steps.append(
-                    tuple(
-                        (
-                            *(length, root),
-                            item(x, (a * k - b * s) / Name(length.name), relational=True),
-                            item(y, (b * k + a * s) / Name(length.name), relational=True),
-                        )
-                        for s in both
-                    )
-                )
-    return tuple(
-        tuple(itertools.chain.from_iterable(way)) for way in itertools.product(*steps)
-    ), angles
+    def let(self, formula: Let, known: Mapping[str, Name]) -> Name:
+        number = substitute(formula.expression, known)
+        match formula.expression:
+            case Call("atan2" | "atan2d", (Name(sine), Name(cosine))):
+                self.angles[formula.name] = known[cosine].name, known[sine].name
+        low = 0.0 if formula.size is not None and not formula.divisor else -inf
+        item = self._assigned(formula.name, number, low)
+        if isinstance(number, Quotient):
+            item = item._replace(relational=True, reciprocal=number.left == nodes.ONE)
+        return self._added(item)
 
+    def coefficient(self, part: Coefficient, known: Mapping[str, Name]) -> Expression:
+        return substitute(part.expression, known)
 
-def _given(formula: Let | Parabola | Circle) -> tuple[str, ...]:
-    return (formula.x, formula.y) if isinstance(formula, Circle) else (formula.name,)
+    def apart(self, divisor: Expression) -> Name:
+        return self._added(Assignment(f"{self.prefix}.{len(self.items)}", divisor))
+
+    def square_roots(self, one: Expression, other: Expression) -> tuple[Expression, ...]:
+        square = self.apart(one - other)
+        self.items = (*self.items[:-1], self.items[-1]._replace(low=0.0))
+        return call("sqrt", square), -call("sqrt", square)
+
+    def roots(self, a: Expression, b: Expression, c: Expression) -> tuple[Expression, ...]:
+        """Each by one formula: intervals have no sign of b."""
+        both = self.square_roots(b**2.0, 4.0 * (a * c))
+        return tuple((-b + root) / (2.0 * a) for root in both)
+
+    def kept(self, formula: Any, found: Mapping[str, Expression]) -> dict[str, Name]:
+        items = {name: self._assigned(name, number) for name, number in found.items()}
+        return {n: self._added(item._replace(relational=True)) for n, item in items.items()}
+
+    def _assigned(self, name: str, number: Expression, low: float = -inf) -> Assignment:
+        variable = self.graph.model.variables.get(name)
+        if variable is None:
+            return Assignment(self.prefix + name, number, low)
+        item = assigned(variable, number)
+        return item._replace(low=max(low, item.low))
+
+    def _added(self, item: Assignment) -> Name:
+        self.items = (*self.items, item)
+        return Name(item.name)
 
 
 def _with_sides(item: Assignment, angles: Angles) -> Assignment:

@@ -11,9 +11,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from rulesheets.evaluate import value
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call
@@ -27,9 +26,9 @@ from solver.kernel.candidates import (
     Candidates,
     Undecided,
 )
+from solver.kernel.closed_form import FLOATS, Unclear, candidates
 from solver.kernel.problem import BlockProblem, Budget, InputErrors
-from solver.numerics.tolerances import CLEAR, UNCANCELLED
-from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
+from solver.path import ClosedForm
 
 if TYPE_CHECKING:
     from solver.kernel.tear_search import TearSearch
@@ -380,23 +379,19 @@ MOST_TURNED = 300
 """The most candidates that whole turns make of one."""
 
 
-class Unclear(Exception):
-    """A divisor or a discriminant is too near to zero for the formulas to cover every solution."""
-
-
-def solve_by_formula(problem: BlockProblem, candidates: Candidates, form: ClosedForm) -> bool:
+def solve_by_formula(problem: BlockProblem, answers: Candidates, form: ClosedForm) -> bool:
     """Find the answers by the closed form; False if the formula may miss an answer."""
     try:
-        found = evaluate(form, problem.values)
+        found = [values for _, values in candidates(form, FLOATS, problem.values)]
     except (Unclear, ArithmeticError):
         return False
     points = [point for one in found for point in _turned(problem, one)]
     trial = Candidates(problem)
     if not all(map(trial.settles, points)):
         return False
-    candidates.take(trial)
+    answers.take(trial)
     for point in points:
-        candidates.note(point)
+        answers.note(point)
     return True
 
 
@@ -418,87 +413,3 @@ def _turned(problem: BlockProblem, values: Mapping[str, float]) -> list[dict[str
             turns = range(first, first + most)
         points = [{**p, variable.name: number + k * turn} for p in points for k in turns or (0,)]
     return points
-
-
-def evaluate(form: ClosedForm, values: Mapping[str, Value]) -> list[dict[str, float]]:
-    """Candidates: all solutions are among them. Raises Unclear, and Undefined for what
-    overflows."""
-    found: list[dict[str, float]] = [{}]
-    for formula in form:
-        found = [{**one, **more} for one in found for more in _values(formula, {**values, **one})]
-    return found
-
-
-def _values(formula: Formula, values: Mapping[str, Value]) -> Iterator[dict[str, float]]:
-    coefficients = (part for part in formula if isinstance(part, Coefficient))
-    numbers = [
-        Rounded(value(one.expression, values), value(one.size, values)) for one in coefficients
-    ]
-    match formula:
-        case Let(name, expression, divisor, size):
-            number = value(expression, values)
-            if divisor and (size is None or abs(number) <= CLEAR * value(size, values)):
-                raise Unclear
-            yield {name: number}
-        case Parabola(name):
-            for root in roots(*numbers):
-                yield {name: root}
-        case Circle(x, y):
-            for point in meets(*numbers):
-                yield dict(zip((x, y), point, strict=True))
-
-
-class Rounded(NamedTuple):
-    """A number and the size of the terms of its sum."""
-
-    value: float
-    size: float
-
-
-def roots(a: Rounded, b: Rounded, c: Rounded) -> tuple[float, ...]:
-    """The real roots of ``a x² + b x + c``. Raises Unclear if rounding may hide or create some."""
-    if a.size == 0.0:
-        if b.value == 0.0 or abs(b.value) <= CLEAR * b.size:
-            raise Unclear
-        return (-c.value / b.value,)
-    discriminant = b.value * b.value - 4.0 * a.value * c.value
-    if abs(a.value) <= CLEAR * a.size:
-        raise Unclear
-    _clear(
-        discriminant,
-        b.value * b.value + abs(4.0 * a.value * c.value),
-        b.size * b.size + 4.0 * a.size * c.size,
-    )
-    if discriminant < 0.0:
-        return ()
-    q = -0.5 * (b.value + math.copysign(math.sqrt(discriminant), b.value))
-    return q / a.value, c.value / q
-
-
-def meets(a: Rounded, b: Rounded, k: Rounded, square: Rounded) -> tuple[tuple[float, float], ...]:
-    """The two intersections of ``a x + b y = k`` and ``x² + y² = square``, or none. Raises
-    Unclear."""
-    length = a.value * a.value + b.value * b.value
-    _clear(length, length, a.size * a.size + b.size * b.size)
-    discriminant = length * square.value - k.value * k.value
-    _clear(
-        discriminant,
-        length * abs(square.value) + k.value * k.value,
-        (a.size * a.size + b.size * b.size) * square.size + k.size * k.size,
-    )
-    if discriminant < 0.0:
-        return ()
-    root = math.sqrt(discriminant)
-    return tuple(
-        (
-            (a.value * k.value - sign * b.value * root) / length,
-            (b.value * k.value + sign * a.value * root) / length,
-        )
-        for sign in (1.0, -1.0)
-    )
-
-
-def _clear(number: float, terms: float, size: float) -> None:
-    """Raise Unclear unless a number is known not to be zero, given its terms and rounding."""
-    if not (math.isfinite(size) and abs(number) > max(CLEAR * terms, UNCANCELLED * size)):
-        raise Unclear

@@ -82,8 +82,6 @@ class Guards:
         self.flow.at = self._numbers
         self.wrapped = set[int]()
         """Angles within one turn by the way they are computed."""
-        self._on_circle = set[tuple[int, int]]()
-        """Sines and cosines that were solved for together, as a point of the unit circle."""
 
     def _on(self, state: State) -> State:
         """Let requirements from here on belong to this state."""

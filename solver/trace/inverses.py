@@ -4,7 +4,7 @@ form."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Variable
@@ -12,6 +12,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, Name
 from solver.accuracy.rule_sides import symbol_of
 from solver.kernel.block import kernel_of
+from solver.kernel.closed_form import Arithmetic, candidates
 from solver.kernel.step import is_affine, is_scaled
 from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (
@@ -26,15 +27,15 @@ from solver.path import (
     Stage,
     activity,
 )
-from solver.trace.flow import LIBRARY
+from solver.trace.flow import LIBRARY, Flow
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import CLEAR, STRANGE, Guards, State
+from solver.trace.number import Number
 
 MAX_TURNS = 8
 LEFT = 1e-4
 """Share of the terms of a discriminant that must be left of them: its root is right to 1e-12
 then."""
-Generators = dict[str, int]
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
@@ -112,8 +113,10 @@ class Inverses(Guards):
 
     def _preimages(self, state: State, isolation: Isolation) -> list[int]:
         if (form := isolation.quadratic) is not None:
-            one, other = self._roots(
-                *(self._expression(state, part) for part in (form.a, form.b, form.c))
+            parts = (self._expression(state, part) for part in (form.a, form.b, form.c))
+            on = NodeNumbers(self.flow, state, set())
+            one, other = (
+                root.node for root in on.roots(*(Number(self.flow, part) for part in parts))
             )
             larger = self.flow.add("lt", other, one)
             pairs = (one, other), (other, one)
@@ -238,75 +241,42 @@ class Inverses(Guards):
         counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
         return [self.flow.add("add", node, k * period) for k in counts]
 
-    # --- two roots ---
-
-    def _roots(self, a: int, b: int, c: int) -> tuple[int, int]:
-        """Both roots of ``a x² + b x + c`` without cancellation, required to be apart."""
-        flow = self.flow
-        root = self._root(flow.add("mul", b, b), flow.add("mul", 4.0, flow.add("mul", a, c)))
-        signed = flow.add("where", flow.add("lt", b, 0.0), flow.add("neg", root), root)
-        q = flow.add("mul", -0.5, flow.add("add", b, signed))
-        flow.apart_from_zero(a)
-        flow.require(flow.add("not", flow.is_zero(q)))
-        for divisor in (a, q):
-            flow.bound(divisor)
-        return flow.add("div", q, a), flow.add("div", c, q)
-
-    def _root(self, one: int, other: int) -> int:
-        """The root of a difference that is not lost in the rounding of its terms."""
-        flow = self.flow
-        difference = flow.add("sub", one, other)
-        size = flow.add("add", flow.add("abs", one), flow.add("abs", other))
-        flow.require(flow.add("lt", flow.add("mul", LEFT, size), difference))
-        return flow.add("sqrt", difference)
-
     # --- closed forms ---
 
-    def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, Generators]]:
-        """For each candidate a state of its own, and the nodes of its generators: formulas in
-        order, of which one with two values makes two candidates of each.
+    def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, dict[str, int]]]:
+        """For each candidate a state of its own, and the nodes of its generators.
 
         Raises NotCompilable for a block without a closed form.
         """
         form = kernel_of(self.graph, step).closed
         if form is None:
             raise NotCompilable
-        found = [(state.fork(), dict(state.values))]
-        for formula in form:
-            found = [
-                after
-                for one, generators in found
-                for after in self._formula(one, generators, formula)
-            ]
-        return found
+        start = NodeNumbers(self.flow, self._on(state.fork()), set())
+        return [(branch.state, found) for branch, found in candidates(form, start, state.values)]
 
-    def _formula(
-        self, state: State, generators: Generators, formula: Let | Parabola | Circle
-    ) -> Iterator[tuple[State, Generators]]:
-        self._on(state)
-        match formula:
-            case Let(name):
-                yield state, {**generators, name: self._let(generators, formula)}
-            case Parabola(name, a, b, c):
-                for node in self._roots(*self._coefficients(generators, a, b, c)):
-                    yield state.fork(), {**generators, name: node}
-            case Circle(x, y, a, b, k, square):
-                line = self._coefficients(generators, a, b, k, square)
-                for point in self._meets(*line):
-                    if self.flow.value_of(line[-1]) == 1.0:
-                        self._on_circle.add(point[::-1])
-                    yield state.fork(), {**generators, x: point[0], y: point[1]}
 
-    def _let(self, generators: Mapping[str, int], formula: Let) -> int:
+class NodeNumbers(Arithmetic):
+    """Closed forms as nodes; what they ask is required of a ``state``. Of the points on a
+    ``circle`` around 0 of radius 1 the sine and the cosine are known."""
+
+    def __init__(self, flow: Flow, state: State, circle: set[tuple[int, ...]]) -> None:
+        self.flow, self.state, self.circle = flow, state, circle
+
+    def fork(self) -> NodeNumbers:
+        branch = NodeNumbers(self.flow, self.state.fork(), self.circle)
+        self.flow.checks = branch.state.checks
+        return branch
+
+    def let(self, formula: Let, known: Mapping[str, int]) -> int:
         flow = self.flow
         match formula.expression:
             case nodes.Call("atan2d" | "atan2" as function, (Name(sine), Name(cosine))):
-                point, unit = (generators[sine], generators[cosine]), function.removeprefix("atan2")
+                point, unit = (known[sine], known[cosine]), function.removeprefix("atan2")
                 # what else they are computed from may cancel
-                return flow.direction(*point, unit, point in self._on_circle)
-        node = flow.expression(formula.expression, generators)
+                return flow.direction(*point, unit, point in self.circle)
+        node = flow.expression(formula.expression, known)
         if formula.size is not None:
-            size = flow.expression(formula.size, generators)
+            size = flow.expression(formula.size, known)
             if flow.value_of(node) is None:
                 flow.require(flow.beyond(node, CLEAR if formula.divisor else STRANGE, size))
             if formula.divisor:
@@ -315,22 +285,29 @@ class Inverses(Guards):
                 flow.require(flow.add("le", 0.0, node))
         return node
 
-    def _coefficients(self, generators: Mapping[str, int], *coefficients: Coefficient) -> list[int]:
-        return [
-            self.flow.expression(coefficient.expression, generators) for coefficient in coefficients
-        ]
+    def coefficient(self, part: Coefficient, known: Mapping[str, int]) -> Number:
+        return Number(self.flow, self.flow.expression(part.expression, known))
 
-    def _meets(self, a: int, b: int, k: int, square: int) -> Iterator[tuple[int, int]]:
-        flow = self.flow
-        length = flow.add("add", flow.add("mul", a, a), flow.add("mul", b, b))
-        root = self._root(flow.add("mul", length, square), flow.add("mul", k, k))
-        flow.require(flow.add("not", flow.is_zero(length)))
-        flow.bound(length)
-        for sign in ("sub", "add"):
-            opposite = "add" if sign == "sub" else "sub"
-            x = flow.add(sign, flow.add("mul", a, k), flow.add("mul", b, root))
-            y = flow.add(opposite, flow.add("mul", b, k), flow.add("mul", a, root))
-            yield flow.add("div", x, length), flow.add("div", y, length)
+    def apart(self, divisor: Number) -> Number:
+        self.flow.bound(divisor.node)
+        self.flow.apart_from_zero(divisor.node)
+        return divisor
+
+    def square_roots(self, one: Number, other: Number) -> tuple[Number, Number]:
+        """Those of a difference that is not lost in the rounding of its terms."""
+        difference = one - other
+        self.flow.require((LEFT * (abs(one) + abs(other)) < difference).node)
+        root = Number(self.flow, self.flow.add("sqrt", difference.node))
+        return root, -root
+
+    def signed(self, root: Number, like: Number) -> Number:
+        return Number(self.flow, self.flow.add("where", (like < 0.0).node, (-root).node, root.node))
+
+    def kept(self, formula: Parabola | Circle, found: Mapping[str, Number]) -> dict[str, int]:
+        kept = {name: number.node for name, number in found.items()}
+        if isinstance(formula, Circle) and nodes.is_number(formula.square.expression, 1.0):
+            self.circle.add((kept[formula.y], kept[formula.x]))
+        return kept
 
 
 def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:

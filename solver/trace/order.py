@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from solver.ranking.ranking import LEAST, MOST, Arithmetic, Key, Ranking, is_measured
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
+from solver.trace.number import Number, node_of
 from solver.trace.ranges import Pair, Ranges
 
 SAFETY = 2.0
@@ -77,74 +78,12 @@ def spread(numbers: Sequence[float]) -> float:
     return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
 
 
-NOISE = 1e-13
-"""Powers and factors below this are rounding errors of 0."""
-
-
 FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)
 """The ranges around numbers of the sample for which the order may be known, the widest first."""
 FAR = 1e200
 """Numbers up to which one may be anything."""
 TURNED = 30.0
 """The same for angles, in degrees for a factor of 2."""
-
-
-def _operator(operation: str, swapped: bool = False) -> Any:
-    if swapped:
-        return lambda self, other: self.applied(operation, other, self)
-    return lambda self, other: self.applied(operation, self, other)
-
-
-class Number:
-    """A node of a program, with the operators of numbers; a condition counts as 0 or 1."""
-
-    __add__, __radd__ = _operator("add"), _operator("add")
-    __sub__, __rsub__ = _operator("sub"), _operator("sub", swapped=True)
-    __mul__, __rmul__ = _operator("mul"), _operator("mul")
-    __truediv__, __rtruediv__ = _operator("div"), _operator("div", swapped=True)
-    __lt__, __gt__ = _operator("lt"), _operator("lt", swapped=True)
-    __le__, __ge__ = _operator("le"), _operator("le", swapped=True)
-    __ne__, __and__ = _operator("ne"), _operator("and")
-    __hash__ = None  # type: ignore[assignment]
-
-    def __init__(self, flow: Flow, node: int) -> None:
-        self.flow, self.node, self.logical = flow, node, flow.logical(node)
-
-    @property
-    def number(self) -> int:
-        return self.flow.add("where", self.node, 1.0, 0.0) if self.logical else self.node
-
-    def applied(self, operation: str, one: Any, other: Any) -> Any:
-        flow = self.flow
-        if operation == "mul":
-            return self._times(other)
-        if operation == "and":
-            return Number(flow, flow.add("and", one.node, other.node))
-        if operation == "sub" and one is not self and self.logical and one == 1.0:
-            return Number(flow, flow.add("not", self.node))
-        nodes = _node(flow, one), _node(flow, other)
-        if operation == "ne":
-            return Number(flow, flow.add("not", flow.add("eq", *nodes)))
-        return Number(flow, flow.add(operation, *nodes))
-
-    def _times(self, other: Any) -> Any:
-        flow = self.flow
-        if not isinstance(other, Number):
-            if abs(other) < NOISE or other == 1.0:
-                return self if other == 1.0 else 0.0
-            return Number(flow, flow.add("mul", self.number, float(other)))
-        if self.logical and other.logical:
-            return self & other
-        if self.logical or other.logical:
-            chosen, number = (self, other) if self.logical else (other, self)
-            return Number(flow, flow.add("where", chosen.node, number.node, 0.0))
-        return Number(flow, flow.add("mul", self.node, other.node))
-
-    def __abs__(self) -> Number:
-        return Number(self.flow, self.flow.add("abs", self.number))
-
-    def __neg__(self) -> Number:
-        return Number(self.flow, self.flow.add("neg", self.number))
 
 
 Ends: TypeAlias = tuple[tuple[int, float, float], ...]
@@ -237,7 +176,7 @@ def keys_as_nodes(
         for nodes in (given, *answers)
     ]
     found = ranking.keys_on(_arithmetic(flow), rows, known, zero)
-    return [tuple(_node(flow, part) for part in key) for key in found]
+    return [tuple(node_of(flow, part) for part in key) for key in found]
 
 
 def _usual(
@@ -306,10 +245,6 @@ def _around(flow: Flow, node: int, number: float, angle: bool) -> Pair:
     return np.minimum(*ends), np.maximum(*ends)
 
 
-def _node(flow: Flow, value: Any) -> int:
-    return value.number if isinstance(value, Number) else flow.constant(float(value))
-
-
 def _arithmetic(flow: Flow) -> Arithmetic:
     """The ranking's arithmetic on nodes; one without a number at the sample never has one."""
 
@@ -321,7 +256,7 @@ def _arithmetic(flow: Flow) -> Arithmetic:
             return Number(flow, flow.add("or", one.node, other.node))
         if any(logical) and 0.0 in (one, other):
             return one if logical[0] else other
-        return Number(flow, flow.add("max", _node(flow, one), _node(flow, other)))
+        return Number(flow, flow.add("max", node_of(flow, one), node_of(flow, other)))
 
     def decade(value: Any) -> Any:
         if not isinstance(value, Number):

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 import rulesheets
 from rulesheets.model import Model
-from solver.kernel.solve_block import Rounded, Unclear, evaluate, meets, roots
-from solver.path import Let
+from rulesheets.syntax.nodes import Number
+from solver.kernel.closed_form import FLOATS, Unclear, candidates
+from solver.path import Circle, Coefficient, Let, Parabola
 from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
 
@@ -127,7 +128,8 @@ def test_the_planted_state_is_among_the_candidates(name: str, data: st.DataObjec
     form = closed_form(model.equations, unknowns, turning)
     assert form is not None
     try:
-        found = evaluate(form, {n: v for n, v in state.items() if n not in unknowns})
+        known = {n: v for n, v in state.items() if n not in unknowns}
+        found = [values for _, values in candidates(form, FLOATS, known)]
     except (Unclear, ZeroDivisionError):
         return  # too near to a double answer for a formula: it says so
     assert len(found) <= 2 ** sum(not isinstance(formula, Let) for formula in form)
@@ -143,8 +145,18 @@ def test_the_planted_state_is_among_the_candidates(name: str, data: st.DataObjec
     assert min(map(apart, found)) < 1e-3
 
 
-def exact(*numbers: float) -> list[Rounded]:
-    return [Rounded(float(v), abs(float(v))) for v in numbers]
+def exact(*numbers: float) -> list[Coefficient]:
+    return [Coefficient(Number(float(v)), Number(abs(float(v)))) for v in numbers]
+
+
+def roots(*numbers: float) -> list[float]:
+    found = candidates((Parabola("x", *exact(*numbers)),), FLOATS, {})
+    return [values["x"] for _, values in found]
+
+
+def meets(*numbers: float) -> list[tuple[float, float]]:
+    found = candidates((Circle("x", "y", *exact(*numbers)),), FLOATS, {})
+    return [(values["x"], values["y"]) for _, values in found]
 
 
 def test_what_has_no_closed_form_says_so() -> None:
@@ -162,9 +174,7 @@ def test_what_has_no_closed_form_says_so() -> None:
 @given(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3), st.floats(0.5, 2.0))
 def test_roots_of_a_parabola(p: float, q: float, a: float) -> None:
     assume(abs(p - q) > 1e-2 * (abs(p) + abs(q)) and min(abs(p), abs(q)) > 1e-3)
-    assert sorted(roots(*exact(a, -a * (p + q), a * p * q))) == pytest.approx(
-        sorted((p, q)), rel=1e-9
-    )
+    assert sorted(roots(a, -a * (p + q), a * p * q)) == pytest.approx(sorted((p, q)), rel=1e-9)
 
 
 @given(st.floats(-179, 179), st.floats(-179, 179), st.floats(0.1, 10))
@@ -173,16 +183,16 @@ def test_meets_of_a_line_and_a_circle(u: float, v: float, r: float) -> None:
     assume(abs(math.remainder(u - v, 360)) > 1)
     (x1, y1), (x2, y2) = (r * _c(u), r * _s(u)), (r * _c(v), r * _s(v))
     a, b = y2 - y1, x1 - x2
-    found = meets(*exact(a, b, a * x1 + b * y1, r * r))
+    found = meets(a, b, a * x1 + b * y1, r * r)
     assert len(found) == 2
     for x, y in ((x1, y1), (x2, y2)):
         assert min(math.hypot(x - p, y - q) for p, q in found) < 1e-6 * r
 
 
 def test_no_meeting_and_no_root() -> None:
-    assert meets(*exact(1, 0, 2, 1)) == ()
-    assert roots(*exact(1, 0, 1)) == ()
+    assert meets(1, 0, 2, 1) == []
+    assert roots(1, 0, 1) == []
     with pytest.raises(Unclear):
-        meets(*exact(1, 0, 1, 1))
+        meets(1, 0, 1, 1)
     with pytest.raises(Unclear):
-        roots(*exact(1, 2, 1))
+        roots(1, 2, 1)
