@@ -133,8 +133,6 @@ class Plan:
         found = self.records.known(numbers)
         if found is None:
             found = self._answers(numbers)
-        else:
-            self.records.near(numbers)
         self._bind()
         return found[0]
 

@@ -12,14 +12,13 @@ required to be finite.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
 from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
-from solver.trace.order import UNORDERED, Order, Ranked
+from solver.trace.order import Order
 
 
 class Ending(NamedTuple):
@@ -29,17 +28,6 @@ class Ending(NamedTuple):
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
 
-    def without(self, conditions: Collection[int]) -> Ending:
-        return self._replace(holds=tuple(one for one in self.holds if one not in conditions))
-
-
-@dataclass(slots=True)
-class Box:
-    """Ranges of the numeric inputs: the ends of each. ``uses`` counts the answers given there."""
-
-    ends: tuple[float, ...]
-    uses: int = 0
-
 
 class Program(NamedTuple):
     """``inputs`` is the number of inputs; ``symbols`` are the inputs, by place, that must have
@@ -47,20 +35,15 @@ class Program(NamedTuple):
 
     The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row.
     If one of them does not count, none does. ``brief`` computes only the first answer of most rows:
-    of its endings only the first one has to count. If answers are iterated, ``ranked`` orders them.
-    Each input lies within the ``box``. The conditions ``watches`` show that cases without an answer
-    still have none.
+    of its endings only the first one has to count.
     """
 
     flow: Flow
     inputs: int
     endings: tuple[Ending, ...]
     symbols: tuple[tuple[int, str], ...] = ()
-    order: Order = UNORDERED
+    order: Order = Order()
     brief: Program | None = None
-    ranked: Ranked | None = None
-    box: Box | None = None
-    watches: frozenset[int] = frozenset()
 
     @property
     def wanted(self) -> tuple[int, ...]:
