@@ -5,15 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
-from rulesheets.evaluate import Undefined, value
-from rulesheets.model import Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name
+from rulesheets.syntax.nodes import Name
 from solver.accuracy.rule_sides import symbol_of
 from solver.kernel.block import kernel_of
 from solver.kernel.closed_form import Arithmetic, candidates
-from solver.kernel.step import is_affine, is_scaled
+from solver.kernel.step import is_affine, is_scaled, window
 from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (
     TARGET,
@@ -36,6 +35,8 @@ MAX_TURNS = 8
 LEFT = 1e-4
 """Share of the terms of a discriminant that must be left of them: its root is right to 1e-12
 then."""
+Candidate: TypeAlias = tuple[State, Mapping[str, int | str]]
+"""A state of its own, and the nodes of some unknowns, or a symbol."""
 _LINEAR = frozenset({"negative", "sum", "product", "quotient"})
 
 
@@ -174,13 +175,8 @@ class Inverses(Guards):
         for step in rest:
             targets = [node for target in targets for node in self._undone(state, step, target)]
         if bounded:
-            images = [_image(form, stage) if not rest else None for form in stage.forms]
-            images *= len(targets) // len(images)
-            return [
-                node
-                for form, image in zip(targets, images, strict=True)
-                for node in self._whole_turns(variable, form, image, period, turn)
-            ]
+            ends = window(variable, turn or period)
+            return [node for form in targets for node in self._whole_turns(form, period, *ends)]
         if turn != period:
             raise NotCompilable
         return [self._wrapped(form, period) for form in targets]
@@ -219,40 +215,26 @@ class Inverses(Guards):
         self.wrapped.add(found)
         return found
 
-    def _whole_turns(
-        self,
-        variable: Variable,
-        node: int,
-        image: tuple[float, float] | None,
-        period: float,
-        turn: float | None,
-    ) -> list[int]:
-        """The angle with every whole turn that can bring it into a range."""
-        low, high = variable.low, variable.high
-        span = turn or period
-        if high == math.inf:
-            high = low + span
-        if low == -math.inf:
-            low = high - span
-        least, most = image or (-1.5 * period, 1.5 * period)
-        first, last = math.ceil((low - most) / period), math.floor((high - least) / period)
-        if last - first > MAX_TURNS:
+    def _whole_turns(self, node: int, period: float, low: float, high: float) -> list[int]:
+        """The angle with every whole turn that brings it into a range at the sample, and one more
+        on either side, which has to stay outside."""
+        number = float(self._numbers(node))
+        if not abs(low - number) + abs(high - number) <= MAX_TURNS * period:
             raise NotCompilable
-        counts = sorted(range(first, last + 1), key=lambda k: (abs(k), k < 0))
+        first, last = math.ceil((low - number) / period) - 1, math.floor((high - number) / period)
+        counts = sorted(range(first, last + 2), key=lambda k: (abs(k), k < 0))
         return [self.flow.add("add", node, k * period) for k in counts]
 
     # --- closed forms ---
 
-    def _candidates(self, state: State, step: SolveBlock) -> list[tuple[State, dict[str, int]]]:
-        """For each candidate a state of its own, and the nodes of its generators.
-
-        Raises NotCompilable for a block without a closed form.
-        """
+    def _candidates(self, state: State, step: SolveBlock) -> list[Candidate]:
+        """Raises NotCompilable for a block without a closed form."""
         form = kernel_of(self.graph, step).closed
         if form is None:
             raise NotCompilable
         start = NodeNumbers(self.flow, self._on(state.fork()), set())
-        return [(branch.state, found) for branch, found in candidates(form, start, state.values)]
+        found = candidates(form, start, state.values)
+        return [(branch.state, {n: nodes[n] for n in step.unknowns}) for branch, nodes in found]
 
 
 class NodeNumbers(Arithmetic):
@@ -308,14 +290,3 @@ class NodeNumbers(Arithmetic):
         if isinstance(formula, Circle) and nodes.is_number(formula.square.expression, 1.0):
             self.circle.add((kept[formula.y], kept[formula.x]))
         return kept
-
-
-def _image(form: Expression, stage: Stage) -> tuple[float, float] | None:
-    """The range of the values of a form, from those at the ends of the stage's image."""
-    ends = [max(-1e300, stage.low), min(1e300, stage.high)]
-    try:
-        here: list[Mapping[str, float]] = [{TARGET.name: end} for end in ends]
-        found = sorted(value(form, values) for values in here)
-    except (Undefined, KeyError):
-        return None
-    return found[0], found[1]

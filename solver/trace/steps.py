@@ -7,7 +7,7 @@ selection, a block as its closed form or else as Newton's method from the answer
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import compress
@@ -25,7 +25,7 @@ from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
-from solver.trace.inverses import Generators, Inverses
+from solver.trace.inverses import Candidate, Inverses
 from solver.trace.newton import BlockNewton
 
 MATCHES = 1e-6
@@ -145,7 +145,8 @@ class StepRecording(Inverses):
                 case Select(unknown=unknown):
                     fork = self._taken(fork, unknown, [self._selected(fork, step)])
                 case SolveBlock():
-                    fork = self._solved(fork, step)
+                    self._use(fork, step.equations)
+                    fork = self._take(fork, self._candidates(fork, step))
                 case Decide(conditions=conditions):
                     self._hold(self._on(state), set(conditions) - state.decided.keys())
                     return state
@@ -285,11 +286,12 @@ class StepRecording(Inverses):
         candidates = self._candidates(state, step)
         self._on(taken)
         for one, found in candidates:
-            if all(self._is_sampled(found[name], name) for name in step.unknowns):
-                for check in one.checks[len(state.checks) :]:
+            own = one.checks[len(state.checks) :]
+            if self._are_sampled(found):
+                for check in own:
                     self.flow.require(check)
             else:
-                self._keep_out(state, step, one, found)
+                self._stays_out([*own, *self._in_ranges(found)])
 
     def _use(self, state: State, equations: Iterable[int]) -> None:
         """Require that these rules, active at the sample, are active."""
@@ -298,47 +300,33 @@ class StepRecording(Inverses):
 
     # --- selection of a value ---
 
-    def _taken(self, state: State, unknown: str, found: Sequence[int | str]) -> State:
-        """The value of the answer; require that values out of range stay there."""
-        taken = next((node for node in found if self._is_sampled(node, unknown)), None)
-        if taken is None:
-            raise NotCompilable
-        if isinstance(taken, str):
-            state.symbols[unknown] = taken
-            return state
-        variable = self.model.variables[unknown]
-        state.values[unknown] = taken
-        self.flow.require(self._in_range(variable, taken))
-        for node in found:
-            if node != taken and isinstance(node, int):
-                self._stays_out([self._in_range(variable, node)])
-        return state
+    def _taken(self, state: State, unknown: str, found: Iterable[int | str]) -> State:
+        return self._take(state, [(state, {unknown: node}) for node in found])
 
-    def _solved(self, state: State, step: SolveBlock) -> State:
-        """The candidate that is the answer; require that refused ones stay refused."""
-        self._use(state, step.equations)
-        candidates = self._candidates(state, step)
-        taken, generators = next(
-            (one, generators)
-            for one, generators in (*candidates, (None, None))
-            if generators is None
-            or all(self._is_sampled(generators[name], name) for name in step.unknowns)
-        )
-        if taken is None or generators is None:
+    def _take(self, state: State, candidates: Sequence[Candidate]) -> State:
+        """The candidate that is the answer, with its state; require that the others stay refused,
+        by what theirs ask beyond ``state`` or by the ranges of their values."""
+        answers = (candidate for candidate in candidates if self._are_sampled(candidate[1]))
+        if (answer := next(answers, None)) is None:
             raise NotCompilable
+        asked, (taken, found) = len(state.checks), answer
         self._on(taken)
-        for name in step.unknowns:
-            taken.values[name] = generators[name]
-            self.flow.require(self._in_range(self.model.variables[name], generators[name]))
+        for name, node in found.items():
+            if isinstance(node, str):
+                taken.symbols[name] = node
+            else:
+                taken.values[name] = node
+        for condition in self._in_ranges(found):
+            self.flow.require(condition)
         for one, others in candidates:
-            if one is not taken:
-                self._keep_out(state, step, one, others)
+            if others != found:
+                self._stays_out([*one.checks[asked:], *self._in_ranges(others)])
         return taken
 
-    def _keep_out(self, state: State, step: SolveBlock, one: State, found: Generators) -> None:
-        """Require of a candidate of a block from ``state`` that it stays refused, if it is."""
-        ranges = [self._in_range(self.model.variables[n], found[n]) for n in step.unknowns]
-        self._stays_out([*one.checks[len(state.checks) :], *ranges])
+    def _in_ranges(self, found: Mapping[str, int | str]) -> list[int]:
+        """Whether numbers lie in the ranges of their variables."""
+        numbers = [(name, node) for name, node in found.items() if isinstance(node, int)]
+        return [self._in_range(self.model.variables[name], node) for name, node in numbers]
 
     def _stays_out(self, conditions: Sequence[int]) -> None:
         """Require that conditions of which one fails at the sample continue to fail."""
@@ -346,6 +334,9 @@ class StepRecording(Inverses):
         node = next(failing, None)
         if node is not None:
             self.flow.require(self.flow.add("not", node))
+
+    def _are_sampled(self, found: Mapping[str, int | str]) -> bool:
+        return all(self._is_sampled(node, name) for name, node in found.items())
 
     def _is_sampled(self, node: int | str, name: str) -> bool:
         wanted = self.sample[name]
