@@ -128,19 +128,17 @@ class Plan:
             self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
-        """The answers that the first record does not cover, or all if there is none yet."""
-        numbers = self._numbers(given, named)
-        found = self.records.known(numbers)
-        if found is None:
-            found = self._answers(numbers)
-        self._bind()
-        return found[0]
+        return self._every(*given, **named)[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
+        """The answers that the first record does not cover, or all if there is none yet."""
         numbers = self._numbers(given, named)
-        found = self.records.known(numbers)
-        self._bind()
-        return self._answers(numbers) if found is None else found
+        status, found, verdict = self._outcome(numbers)
+        if status is not Status.SOLVED:
+            raise Unsolved(
+                status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0])
+            )
+        return found
 
     def _numbers(
         self, given: tuple[Value | None, ...], named: Mapping[str, Value]
@@ -171,23 +169,21 @@ class Plan:
             raise TypeError(f"no value is given for {', '.join(missing)}; {rest}")
         return tuple(_value(self.model, name, values[name]) for name in inputs)
 
-    def _answers(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]]:
-        status, found, verdict = self._solved(numbers)
-        if status is not Status.SOLVED:
-            raise Unsolved(
-                status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0])
-            )
-        return found
-
     def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
         """The status of one row and, if it is solved, the wanted values of every answer in
         order."""
+        return self._outcome(numbers)[:2]
+
+    def _outcome(
+        self, numbers: tuple[Value, ...]
+    ) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
+        """The same with the verdict, unless a record decides."""
         found = self.records.known(numbers)
         self._bind()
-        if found is not None:
-            self.before = Status.SOLVED
-            return Status.SOLVED, found
-        return self._solved(numbers)[:2]
+        if found is None:
+            return self._solved(numbers)
+        self.before = Status.SOLVED
+        return Status.SOLVED, found, None
 
     def _solved(
         self, numbers: tuple[Value, ...]
