@@ -219,7 +219,7 @@ class Inverses(Guards):
         """The angle with every whole turn that brings it into a range at the sample, and one more
         on either side, which has to stay outside."""
         number = float(self._numbers(node))
-        if not abs(low - number) + abs(high - number) <= MAX_TURNS * period:
+        if not (math.isfinite(number) and high - low <= MAX_TURNS * period):
             raise NotCompilable
         first, last = math.ceil((low - number) / period) - 1, math.floor((high - number) / period)
         counts = sorted(range(first, last + 2), key=lambda k: (abs(k), k < 0))
