@@ -63,6 +63,8 @@ CRITERIA = (
 )
 """The parts of a key in their order; whether each number is negative, and its size, follow, name by
 name."""
+MEASURED = frozenset({"guessed", "rough", "size", "angle", "exact size"})
+"""Those that are measures, not counts."""
 SIZE = CRITERIA.index("size")
 Figure = Any
 """A float, or an array (rows,) of floats."""
@@ -374,6 +376,12 @@ class Ranking:
 
 def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:
     return tuple([v if isinstance(v := values.get(name), float) else np.nan for name in names])
+
+
+def is_measured(place: int) -> bool:
+    """Whether a part of a key is a measure, not a count or a sign."""
+    own = place - len(CRITERIA)
+    return own % 2 == 1 if own >= 0 else CRITERIA[place] in MEASURED
 
 
 SPAN = 1e9

@@ -128,17 +128,25 @@ class Plan:
             self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
-        return self._every(*given, **named)[0]
+        numbers = self._numbers(given, named)
+        found, recorded = self._answers(numbers)
+        if recorded:
+            self.records.near(numbers)
+            self._bind()
+        return found[0]
 
     def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
-        """The answers that the first record does not cover, or all if there is none yet."""
-        numbers = self._numbers(given, named)
+        return self._answers(self._numbers(given, named))[0]
+
+    def _answers(self, numbers: tuple[Value, ...]) -> tuple[list[tuple[Value, ...]], bool]:
+        """The answers that the first record does not cover, or all if there is none yet, and
+        whether another record has them."""
         status, found, verdict = self._outcome(numbers)
         if status is not Status.SOLVED:
             raise Unsolved(
                 status, lambda: self._explained(numbers, verdict or self.judged(numbers)[0])
             )
-        return found
+        return found, verdict is None
 
     def _numbers(
         self, given: tuple[Value | None, ...], named: Mapping[str, Value]

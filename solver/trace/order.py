@@ -18,11 +18,65 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.ranking.ranking import LEAST, MOST, Arithmetic, Ranking
+from solver.ranking.ranking import LEAST, MOST, Arithmetic, Key, Ranking, is_measured
 from solver.trace.flow import Flow
 from solver.trace.graph import NotCompilable
 from solver.trace.number import Number, node_of
 from solver.trace.ranges import Pair, Ranges
+
+SAFETY = 2.0
+"""The factor by which all moves together may exceed the sum of single ones."""
+
+
+class KeyRanges:
+    """The keys of answers over ranges of the numbers that the ranking reads."""
+
+    def __init__(self, ranked: Ranked, zero: tuple[bool, ...]) -> None:
+        ranking, answers, given = ranked
+        table, places = Flow(), dict[int, int]()
+        rows = [
+            [
+                None if node is None else table.input(places.setdefault(node, len(places)))
+                for node in row
+            ]
+            for row in (*answers, given)
+        ]
+        keys = keys_as_nodes(table, ranking, rows[:-1], rows[-1], zero)
+        self.places, self.parts = places, len(keys[0])
+        self._ranges = Ranges(table, [part for key in keys for part in key])
+
+    def __call__(self, ends: Mapping[int, Pair]) -> list[list[Pair]]:
+        """For each answer the pairs of the parts of its key, from those (spans,) of the nodes."""
+        found = self._ranges([ends[node] for node in self.places])
+        return [found[at : at + self.parts] for at in range(0, len(found), self.parts)]
+
+
+def before(
+    one: Sequence[Pair], other: Sequence[Pair], known: Sequence[tuple[Key, Key]] = ()
+) -> NDArray[np.bool_]:
+    """Whether one key is less than another for all numbers in the ranges, (spans,).
+
+    ``known`` are both keys at some points, as ``spread`` takes them: for parts that are not counts,
+    their distances decide if the ranges do not.
+    """
+    sooner, alike = np.False_, np.True_
+    for place, (a, b) in enumerate(zip(one, other, strict=True)):
+        sooner = sooner | (alike & (a[1] < b[0]))
+        level = a[1] <= b[0]
+        if known and is_measured(place):
+            apart = [float(second[place] - first[place]) for first, second in known]
+            sooner = sooner | (alike & ~level & (apart[0] > spread(apart)))
+            level = level | (not any(apart))
+        alike = alike & level
+    return np.asarray(sooner)
+
+
+def spread(numbers: Sequence[float]) -> float:
+    """The combined effect of all moves: first the old value, then two values for each input."""
+    here, there = numbers[0], numbers[1:]
+    pairs = zip(there[::2], there[1::2], strict=True)
+    return SAFETY * sum(max(abs(one - here), abs(other - here)) for one, other in pairs)
+
 
 FACTORS = (10.0, 5.0, 3.0, 2.0, 1.5, 1.2, 1.1, 1.05, 1.02, 1.01)
 """The ranges around numbers of the sample for which the order may be known, the widest first."""
@@ -57,6 +111,9 @@ class Order(NamedTuple):
         )
 
 
+UNORDERED = Order()
+
+
 class Ranked(NamedTuple):
     """The input of the ``ranking``: nodes of the names of each answer, and of the given ones; None
     for one without a number."""
@@ -70,10 +127,11 @@ def order(
     flow: Flow,
     ranked: Ranked,
     numbers: Callable[[int], float],
+    beforehand: bool,
     double: Sequence[bool],
 ) -> Order:
-    """Sorts answers that are in order at the sample, with the ranges in which this is known. Those
-    at ``double`` roots come last.
+    """Sorts answers that are in order at the sample; ``beforehand``: and the ranges in which this
+    is known. Those at ``double`` roots come last.
 
     ``numbers`` gives the value of a node at the sample. Raises NotCompilable if the ranking does
     not distinguish the answers of the sample.
@@ -97,7 +155,9 @@ def order(
     keys = [key[: decides + 1] for key in keys]
     told += [flow.add("not", flow.alike(*pair)) for pair in combinations(keys, 2)]
     needed = tuple(node for node in told if node != flow.true)
-    asked = partial(_usual, flow, ranked, _key_ranges(ranked, zero), numbers)
+    if not beforehand:
+        return Order(tuple(keys), needed)
+    asked = partial(_usual, flow, ranked, KeyRanges(ranked, zero), numbers)
     usual = asked(pairwise)
     first = usual if len(keys) == 2 else asked(lambda some: product(some[:1], some[1:]))
     return Order(tuple(keys), needed, usual, first)
@@ -122,7 +182,7 @@ def keys_as_nodes(
 def _usual(
     flow: Flow,
     ranked: Ranked,
-    keys: Callable[[Mapping[int, Pair]], list[list[Pair]]],
+    keys: KeyRanges,
     numbers: Callable[[int], float],
     pairs: Callable[[Sequence[Any]], Iterable[tuple[Any, Any]]],
 ) -> Ends:
@@ -138,7 +198,7 @@ def _usual(
                 kinds[node] = kinds.get(node, True) and angles.get(name, False)
 
     def told(ends: Mapping[int, Pair]) -> list[bool]:
-        found = np.logical_and.reduce([_before(*pair) for pair in pairs(keys(ends))])
+        found = np.logical_and.reduce([before(*pair) for pair in pairs(keys(ends))])
         return [bool(one) for one in found]
 
     ends = {n: _around(flow, n, numbers(n), angle) for n, angle in kinds.items()}
@@ -151,39 +211,6 @@ def _usual(
     zeros = {node for node in given if node is not None and numbers(node) == 0.0}
     kept = varying - _free(told, ranges, sorted(varying - zeros))
     return tuple((n, *ranges[n]) for n in sorted(kept))
-
-
-def _key_ranges(
-    ranked: Ranked, zero: tuple[bool, ...]
-) -> Callable[[Mapping[int, Pair]], list[list[Pair]]]:
-    """For each answer the pairs of the parts of its key, from those (spans,) of the nodes that the
-    ranking reads."""
-    ranking, answers, given = ranked
-    table, places = Flow(), dict[int, int]()
-    rows = [
-        [
-            None if node is None else table.input(places.setdefault(node, len(places)))
-            for node in row
-        ]
-        for row in (*answers, given)
-    ]
-    keys = keys_as_nodes(table, ranking, rows[:-1], rows[-1], zero)
-    ranges, parts = Ranges(table, [part for key in keys for part in key]), len(keys[0])
-
-    def told(ends: Mapping[int, Pair]) -> list[list[Pair]]:
-        found = ranges([ends[node] for node in places])
-        return [found[at : at + parts] for at in range(0, len(found), parts)]
-
-    return told
-
-
-def _before(one: Sequence[Pair], other: Sequence[Pair]) -> NDArray[np.bool_]:
-    """Whether one key is less than another for all numbers in the ranges, (spans,)."""
-    sooner, alike = np.False_, np.True_
-    for a, b in zip(one, other, strict=True):
-        sooner = sooner | (alike & (a[1] < b[0]))
-        alike = alike & (a[1] <= b[0])
-    return np.asarray(sooner)
 
 
 def _free(

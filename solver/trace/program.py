@@ -12,13 +12,14 @@ required to be finite.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
 from solver.trace.flow import Flow
 from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
-from solver.trace.order import Order
+from solver.trace.order import UNORDERED, Order, Ranked
 
 
 class Ending(NamedTuple):
@@ -28,6 +29,17 @@ class Ending(NamedTuple):
     results: tuple[int | str, ...]
     holds: tuple[int, ...]
 
+    def without(self, conditions: Collection[int]) -> Ending:
+        return self._replace(holds=tuple(one for one in self.holds if one not in conditions))
+
+
+@dataclass(slots=True)
+class Box:
+    """Ranges of the numeric inputs: the ends of each. ``uses`` counts the answers given there."""
+
+    ends: tuple[float, ...]
+    uses: int = 0
+
 
 class Program(NamedTuple):
     """``inputs`` is the number of inputs; ``symbols`` are the inputs, by place, that must have
@@ -35,15 +47,20 @@ class Program(NamedTuple):
 
     The endings are all answers of a row, in the order of the sample; ``order`` gives that of a row.
     If one of them does not count, none does. ``brief`` computes only the first answer of most rows:
-    of its endings only the first one has to count.
+    of its endings only the first one has to count. If answers are iterated, ``ranked`` orders them.
+    Each input lies within the ``box``. The conditions ``watches`` show that cases without an answer
+    still have none.
     """
 
     flow: Flow
     inputs: int
     endings: tuple[Ending, ...]
     symbols: tuple[tuple[int, str], ...] = ()
-    order: Order = Order()
+    order: Order = UNORDERED
     brief: Program | None = None
+    ranked: Ranked | None = None
+    box: Box | None = None
+    watches: frozenset[int] = frozenset()
 
     @property
     def wanted(self) -> tuple[int, ...]:

@@ -120,6 +120,7 @@ def _namespace(program: Program) -> dict[str, Any]:
     names = {node[1] for node in program.flow.nodes if node[0] == "call"}
     namespace: dict[str, Any] = {"__builtins__": {}, **_FUNCTIONS}
     namespace["otherwise"] = lambda *numbers, **named: None
+    namespace["box"] = program.box
     namespace.update(inf=math.inf, nan=math.nan)  # constants that have overflowed
     namespace.update({f"f_{name}": TABLE[str(name)].value for name in names})
     for place, finder in enumerate(program.flow.finders):
@@ -183,6 +184,8 @@ class _Writer:
             self._sorted(program.endings)
         else:
             row = self._row(program.endings[0])
+            if program.box is not None:
+                self._line("box.uses += 1")
             self._line(f"return [{row}]" if self.all_answers else f"return {row}")
         body = "\n".join(self.lines)
         given = ", ".join([*arguments, "*more", "**named"])
@@ -202,6 +205,10 @@ class _Writer:
         numbers = [place for place in range(program.inputs) if place not in symbols]
         for place in numbers:
             self._line(f"if a{place}.__class__ is not float: a{place} = number(a{place})")
+        if program.box is not None:
+            self._line(f"{''.join(f'l{place}, h{place}, ' for place in numbers)} = box.ends")
+            within = " and ".join(f"l{place} <= a{place} <= h{place}" for place in numbers)
+            self._line(f"if not ({within}): break")
 
     def _line(self, text: str) -> None:
         self.lines.append(self.indent + text)

@@ -52,6 +52,8 @@ class Recording(StepRecording):
     def __init__(self, *asked: Any) -> None:
         super().__init__(*asked)
         self.endings: list[Ending] = []
+        self._watches = set[int]()
+        """Those guards that only show that a branch outside its case still is."""
 
     def run(self, refused: Sequence[Leaf], ranking: Ranking) -> Program:
         """The program of the answers, put in their order by the ``ranking``; ``refused`` are
@@ -67,13 +69,20 @@ class Recording(StepRecording):
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
-        order = Order()
-        if len(states) > 1:
+        ranked = None
+        if len(states) > 1 or self._watches:
             answers = tuple(tuple(map(state.values.get, ranking.read)) for state in states)
             ranked = Ranked(ranking, answers, tuple(map(states[0].values.get, ranking.known)))
-            order = order_of(self.flow, ranked, self._numbers, double)
         endings = tuple(Ending(results, (*holds, *self._guards)) for results, holds in self.endings)
-        program = Program(self.flow, len(self.pattern.inputs), endings, symbols, order)
+        watches = frozenset(self._watches)
+        alone = endings[0].without(watches)
+        iterated = len(self._iterates((alone,))) < len(self._iterates(endings))
+        order = Order()
+        if ranked and len(states) > 1:
+            order = order_of(self.flow, ranked, self._numbers, not iterated, double)
+        program = Program(
+            self.flow, len(self.pattern.inputs), endings, symbols, order, watches=watches
+        )
         if any(double):  # the ranking alone does not tell which is the first
             return simplified(program)
         brief = None
@@ -81,7 +90,7 @@ class Recording(StepRecording):
             brief = simplified(
                 program._replace(endings=endings[:1], order=Order(usual=order.first))
             )
-        return simplified(program)._replace(brief=brief)
+        return simplified(program)._replace(brief=brief, ranked=ranked if iterated else None)
 
     def _different(self) -> list[int]:
         """The places of the answers whose wanted values differ, also near the sample."""
@@ -105,6 +114,11 @@ class Recording(StepRecording):
             if found is None or different([row[:-1] for row in found]) != places:
                 return several
         return places
+
+    def _iterates(self, endings: Sequence[Ending]) -> set[int]:
+        """The blocks that are iterated in answers."""
+        read = computed_from(self.flow, Program(self.flow, 0, tuple(endings)).wanted)
+        return {node for node in read if self.flow.nodes[node][0] == "root"}
 
     def _start(self) -> tuple[State, tuple[tuple[int, str], ...]]:
         """The given values, and the symbols among them, by their places."""
@@ -274,7 +288,9 @@ class Recording(StepRecording):
                 )
         if not all(map(self._numbers, (*state.checks, broken))):
             raise NotCompilable
+        known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
         self._guard(*state.checks, broken)
+        self._watches |= set() if leaf.conflicts else self._guards.keys() - known
 
     def _stopped(self, start: State, leaf: Leaf) -> None:
         """The branch came to a step without a value."""

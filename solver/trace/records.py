@@ -22,6 +22,7 @@ from solver.ranking.ranking import Ranking
 from solver.trace.folds import ConstantRootCount
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import Pattern
+from solver.trace.nearby import Nearby
 from solver.trace.program import Program
 from solver.trace.python import compile_scalar
 from solver.trace.record import MAX_DEAD, Recording
@@ -34,6 +35,8 @@ beyond."""
 MAX_FAILURES = 12
 MAX_VAIN = 3
 """Rows of which no refusal could be made: further ones are not tried."""
+SOON = 3
+"""Calls for a first answer that are worth a program for it alone."""
 AGREEMENT = 1e-6
 """The relative distance of a record from the row it was made from."""
 
@@ -54,6 +57,9 @@ class Records:
         self.rows: dict[tuple[Value, ...], list[tuple[Value, ...]]] = {}
         """The answers of rows that cannot be recorded, such as those of a double root."""
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
+        self._nearby: dict[int, Nearby] = {}
+        self._asked = 0
+        self._samples: list[Sequence[Value]] = []
         self._proofs = list[Proof]()
         self.learned = 0
         """Rows from which something was learned."""
@@ -65,7 +71,12 @@ class Records:
         return sorted(places, key=lambda at: (-len(self.programs[at].endings), at != self.useful))
 
     def first(self) -> tuple[Callable[..., Any], ...]:
-        """The records for calls of the first answer, in order."""
+        """The records for calls of the first answer, in order; none if the order is unknown."""
+        near = self._nearby.get(self.useful)
+        if near is not None and near.call is not None:
+            return (near.call,)
+        if self.programs[self.useful].ranked and near is None:
+            return ()
         places = self.order[: self.order.index(self.useful) + 1]
         for place in places:
             if place not in self._primary:
@@ -73,6 +84,22 @@ class Records:
                 forms = (program,) if program.brief is None else (program.brief, program)
                 self._primary[place] = tuple(map(compile_scalar, forms))
         return tuple(chain.from_iterable(self._primary[place] for place in places))
+
+    def near(self, numbers: tuple[Value, ...]) -> None:
+        """Note that the useful record covered a row of which the first answer was wanted."""
+        place = self.useful
+        if numbers in self.rows or not self.programs[place].ranked:
+            return
+        self._asked += 1
+        if place in self._nearby:
+            self._nearby[place].move(numbers)
+        elif self._asked >= SOON:
+            before = [self.every[one] for one in self.order[: self.order.index(place)]]
+            self._nearby[place] = Nearby(
+                self.programs[place],
+                tuple(self._samples[place]),
+                lambda row: all(every(*row) is None for every in before),
+            )
 
     def known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
         """All answers of a row by the first record that covers it, which becomes the useful one."""
@@ -110,8 +137,10 @@ class Records:
                 program = recording.run(refused, ranking)
                 every = compile_scalar(program, all_answers=True)
                 if self._agrees(every(*numbers), answers):
+                    self._nearby.clear()
                     self.programs.append(program)
                     self.every.append(every)
+                    self._samples.append(tuple(numbers))
                     return True
         self.failures += 1
         return False
@@ -164,6 +193,7 @@ class Records:
         for one, state in mark:
             vars(one).update(_copied(state))
         self._primary.clear()
+        self._nearby.clear()
 
     def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
         if not isinstance(rows, list):

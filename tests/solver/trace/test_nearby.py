@@ -1,4 +1,4 @@
-"""The first answer of a prepared call, next to the numbers of its record and far from them."""
+"""The first answer of a record next to some numbers, told without the others."""
 
 from __future__ import annotations
 
@@ -10,10 +10,18 @@ import pytest
 
 import solver
 from benchmarks.redistribution import linkage_question
+from solver.ranking.ranking import FLOATS, Ranking
+from solver.trace import records
 from tests.everyday.corpus import sheets
 
 ANGLES = "variables\nx in [0, 60]\nk = 5\nrules\nsin(x) + x/k = 1.2\ny = x^2\n"
 """Many answers of one iterated unknown, of which the sizes tell the first."""
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first call pays for the first box already."""
+    monkeypatch.setattr(records, "SOON", 1)
 
 
 def far_and_near(number: float, share: float, seed: int) -> list[float]:
@@ -30,6 +38,44 @@ def test_a_call_returns_the_first_of_all_answers(share: float) -> None:
         assert plan(number) == pytest.approx(plan.all(number)[0], rel=1e-14)
         expected: Any = solver.solve(model, {"k": number}).solutions[0]
         assert plan(number)[0] == pytest.approx(expected["x"], rel=1e-12)
+
+
+def test_others_are_not_followed_next_to_the_sample() -> None:
+    plan: Any = solver.prepare(solver.loads(ANGLES), ["k"], ["x"])
+    plan(5.0)
+    plan(5.001)
+    near = plan.records._nearby[plan.records.useful]
+    told = near.box.uses
+    assert plan(5.002) == plan.all(5.002)[0]
+    assert near.box.uses == told + 1
+
+
+def test_numbers_far_away_come_to_a_box_of_their_own() -> None:
+    plan: Any = solver.prepare(solver.loads(ANGLES), ["k"], ["x"])
+    plan(5.0)
+    plan(5.001)
+    near = plan.records._nearby[plan.records.useful]
+    for _ in range(80):
+        plan(6.0)
+    low, high = near.box.ends
+    assert low <= 6.0 <= high
+
+
+def test_a_given_zero_is_one_for_the_rule_over_a_box_too(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked, keys_on = set[tuple[bool, ...]](), Ranking.keys_on
+
+    def noted(self: Ranking, on: Any, answers: Any, given: Any, zero: tuple[bool, ...]) -> Any:
+        if on is not FLOATS:
+            asked.add(zero)
+        return keys_on(self, on, answers, given, zero)
+
+    monkeypatch.setattr(Ranking, "keys_on", noted)
+    sheet = ANGLES.replace("k = 5", "k = 5\noff = 0").replace("= 1.2", "= 1.2 - off*x")
+    plan: Any = solver.prepare(solver.loads(sheet), ["k", "off"], ["x"])
+    plan(5.0, 0.0)
+    asked.clear()
+    plan(5.001, 0.0)
+    assert asked == {(False, True)}
 
 
 def test_what_is_no_number_is_told_as_ever() -> None:
@@ -71,3 +117,5 @@ def test_answers_that_sizes_alone_tell_apart_are_compared_at_every_call() -> Non
     for _ in range(8):
         near = [number * (1 + 2e-4 * draw.uniform(-1, 1)) for number in asked.given.values()]
         assert plan(*near) == plan.all(*near)[0]
+    near = plan.records._nearby[plan.records.useful]
+    assert near.call is not None and near.box.uses
