@@ -199,6 +199,17 @@ class Flow(Graph):
         """The distance of a point from the origin."""
         return self.add("sqrt", self.add("add", self.add("mul", x, x), self.add("mul", y, y)))
 
+    def selected(self, condition: int, one: int, other: int) -> int:
+        """A selection; of two directions it is the direction of the selected point."""
+        node = super().selected(condition, one, other)
+        first, second = self._directions.get(one), self._directions.get(other)
+        if first and second and first.unit == second.unit:
+            pairs = (first.y, second.y), (first.x, second.x)
+            y, x = (self.add("where", condition, *pair) for pair in pairs)
+            length = None if first.length is None is second.length else self.length(y, x)
+            self._directions.setdefault(node, Direction(y, x, first.unit, length))
+        return node
+
     # --- angles ---
 
     def _circular(self, function: str, angle: int) -> int:

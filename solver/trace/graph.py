@@ -23,7 +23,8 @@ Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
 """An operation and the numbers of its operands; of ``const`` the value (and, where it was computed,
 how far it may be off), of ``call`` the function and of ``root`` and ``unfolded`` the number of the
-finder first."""
+finder first. ``sooner`` is its second operand, which may be dear to compute: true where the first
+is true."""
 
 RADIAN = 0.017453292519943295
 DEGREE = 57.29577951308232
@@ -33,7 +34,10 @@ class NotCompilable(Exception):
     """There is no straight-line form: a symbol in arithmetic, a constant without a value."""
 
 
-LOGICAL = frozenset({"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "unfolded"})
+_SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
+LOGICAL = frozenset(
+    {"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"}
+)
 LEAVES = frozenset({"const", "input"})
 HALVED = {"cos": "sin", "cosd": "sind"}
 SELECTORS = frozenset({"call", "root", "item", "unfolded"})
@@ -93,6 +97,7 @@ OPERATIONS = {
     "xor": Operation(operator.ne, np.not_equal, "({0} != {1})", "xor i1 {0}, {1}"),
     "not": Operation(operator.not_, np.logical_not, "(not {0})", "xor i1 {0}, true"),
     "where": Operation(lambda c, a, b: a if c else b, source="({1} if {0} else {2})"),
+    "sooner": Operation(lambda sooner, whole: whole, source="({0} or {1})"),
     "finite": Operation(math.isfinite, np.isfinite),
     "root": Operation(lambda *_: math.nan),
     "unfolded": Operation(lambda *_: True),
@@ -246,6 +251,18 @@ class Graph:
         if self.value_of(one) == 1.0:
             return other if kind == "add" else self.add("neg", other)
         return one if kind == "add" and self.value_of(other) == 1.0 else None
+
+    def selected(self, condition: int, one: int, other: int) -> int:
+        """A selection between two nodes, or between the only operands in which they differ."""
+        (kind, *parts), (second, *others) = self.nodes[one], self.nodes[other]
+        differ = [
+            place for place, pair in enumerate(zip(parts, others, strict=False)) if len({*pair}) > 1
+        ]
+        if kind != second or kind not in _SELECTABLE or len(differ) != 1:
+            return self.node("where", condition, one, other)
+        (place,) = differ
+        parts[place] = self.add("where", condition, int(parts[place]), int(others[place]))
+        return self.add(str(kind), *map(int, parts))
 
 
 # --- the operations that some results need, in order ---
@@ -443,11 +460,49 @@ def _multiply(flow: Graph, a: int, b: int) -> int | None:
         number, value = flow.factor(other), flow.value_of(one)
         if number is not None and isinstance(value, float):
             return flow.add("mul", flow.add("mul", value, number[0]), number[1])
+    if a == b and (square := _square(flow, a)) is not None:
+        return square
     if flow.nodes[a][0] == "neg":
         return flow.add("neg", flow.add("mul", int(flow.nodes[a][1]), b))
     if flow.nodes[b][0] == "neg":
         return flow.add("neg", flow.add("mul", a, int(flow.nodes[b][1])))
     return flow.node("mul", b, a) if b < a else None
+
+
+def _square(flow: Graph, a: int) -> int | None:
+    """The square of a root, of a number of roots, of a number whose sign was selected."""
+    kind, *parts = flow.nodes[a]
+    if kind == "neg":
+        return flow.add("mul", int(parts[0]), int(parts[0]))
+    if kind == "where":
+        one, other = int(parts[1]), int(parts[2])
+        if flow.nodes[one] == ("neg", other):
+            return flow.add("mul", other, other)
+        return flow.add("mul", one, one) if flow.nodes[other] == ("neg", one) else None
+    if flow.plain or flow.reported:
+        return None
+    if kind == "sqrt":
+        inside = int(parts[0])
+        flow.require(flow.add("le", 0.0, inside))
+        return inside
+    if kind == "mul":
+        for one, other in ((int(parts[0]), int(parts[1])), (int(parts[1]), int(parts[0]))):
+            size = _size(flow, one)
+            if size is not None and flow.nodes[other][0] == "sqrt":
+                return flow.add("mul", flow.add("mul", size, size), flow.add("mul", other, other))
+    return None
+
+
+def _size(flow: Graph, node: int) -> float | None:
+    """The absolute value of a number, or of the two alternatives of a selection."""
+    kind, *parts = flow.nodes[node]
+    values = (
+        [flow.value_of(int(part)) for part in parts[1:]]
+        if kind == "where"
+        else [flow.value_of(node)]
+    )
+    sizes = {abs(v) if isinstance(v, float) else None for v in values}
+    return sizes.pop() if len(sizes) == 1 else None
 
 
 def _divide(flow: Graph, a: int, b: int) -> int | None:
@@ -488,7 +543,7 @@ def _where(flow: Graph, c: int, a: int, b: int) -> int | None:
         return a
     if flow.nodes[c][0] == "not":
         return flow.add("where", int(flow.nodes[c][1]), b, a)
-    return b if c == flow.false else None
+    return b if c == flow.false else flow.selected(c, a, b)
 
 
 def _absolute(flow: Graph, a: int) -> int | None:

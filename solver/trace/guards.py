@@ -30,6 +30,8 @@ STRANGE = 1e-6
 """A rule with a larger residual, relative to its terms, is violated."""
 RESERVE = 4.0
 """How many times the rounding of a rule may grow from the sample to another row."""
+ENOUGH = 0.1
+"""Share of the terms of a rule by which alone its check is tried first."""
 
 
 class Pattern(NamedTuple):
@@ -217,16 +219,20 @@ class Guards:
             miss = flow.add("sub", *(self._expression(state, side) for side in (left, right)))
             if flow.value_of(miss) == 0.0:
                 return flow.true
-            size = self._size(state, equation, subtract(left, right))
+            size, quick = self._sizes(state, equation, subtract(left, right))
             for clear in self._clear_of_edges(state, equation):
                 flow.require(clear)
         finally:
             flow.reported = False
         met = flow.within(miss, BACKWARD, size)
-        if equation.guard:  # an inactive one may have no size
-            return flow.add("and", flow.add("lt", size, LARGEST), met)
-        flow.bound(size)
-        return met
+        if quick in (size, flow.constant(0.0)):
+            flow.bound(size)
+            return met
+        whole = flow.add("and", flow.add("lt", size, LARGEST), met)
+        if not ENOUGH * self._numbers(size) <= self._numbers(quick):
+            return whole
+        flow.bound(quick)  # terms that are there already may be enough
+        return flow.node("sooner", flow.within(miss, BACKWARD, quick), whole)
 
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""
@@ -234,14 +240,20 @@ class Guards:
         sides = [self._expression(state, side) for side in (equation.left, equation.right)]
         miss, form = flow.add("sub", *sides), subtract(equation.left, equation.right)
         flow.bound(miss)
-        return flow.beyond(miss, STRANGE, self._size(state, equation, form))
+        return flow.beyond(miss, STRANGE, self._sizes(state, equation, form)[0])
 
-    def _size(self, state: State, equation: Equation, form: Expression) -> int:
-        """Σ|∂F/∂v · v| over all variables."""
-        pairs = (self._term(state, form, name) for name in equation.names)
-        # by the whole exponent of a negative base there is no slope
-        there = (term for slope, term in pairs if not math.isnan(self._numbers(slope)))
-        return self.flow.over("add", there)
+    def _sizes(self, state: State, equation: Equation, form: Expression) -> tuple[int, int]:
+        """Σ|∂F/∂v · v| over all variables, and over those whose slope is a number."""
+        flow = self.flow
+        terms, quick = list[int](), list[int]()
+        for name in equation.names:
+            slope, term = self._term(state, form, name)
+            if math.isnan(self._numbers(slope)):  # by the whole exponent of a negative base
+                continue
+            terms.append(term)
+            if flow.value_of(slope) is not None:
+                quick.append(term)
+        return flow.over("add", terms), flow.over("add", quick)
 
     def _term(self, state: State, form: Expression, name: str) -> tuple[int, int]:
         """∂F/∂v and |∂F/∂v · v|."""

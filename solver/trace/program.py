@@ -79,10 +79,10 @@ def checks_and_bounds(flow: Flow, conditions: Sequence[int]) -> tuple[list[int],
     return [n for n in dict.fromkeys(conditions) if n not in finite], finite
 
 
-def counts(flow: Flow, conditions: Sequence[int]) -> int:
-    """The node that is true if conditions hold."""
+def counts(flow: Flow, conditions: Sequence[int], quick: bool = False) -> int:
+    """The node that is true if conditions hold; ``quick``: by a shorter, sufficient test."""
     checks, numbers = checks_and_bounds(flow, conditions)
-    holds = flow.over("and", checks)
+    holds = flow.over("and", (_straight(flow, check, quick) for check in checks))
     opposites = [n for n in computed_from(flow, checks) if flow.nodes[n][0] in ("not", "xor")]
     # rows have no sines of huge angles (nan), and nan is not less
     read = computed_from(flow, opposites)
@@ -91,6 +91,20 @@ def counts(flow: Flow, conditions: Sequence[int]) -> int:
     return (
         flow.add("and", holds, flow.node("finite", flow.over("add", finite))) if finite else holds
     )
+
+
+def _straight(flow: Flow, condition: int, quick: bool) -> int:
+    """A condition without its short cuts, which are useless if every row computes everything.
+
+    With ``quick`` a short cut replaces the whole, but not its opposite.
+    """
+    kind, *parts = flow.nodes[condition]
+    if kind == "sooner":
+        return _straight(flow, int(parts[0 if quick else 1]), quick)
+    if kind in ("and", "or", "not", "xor"):
+        quick = quick and kind in ("and", "or")
+        return flow.add(str(kind), *(_straight(flow, int(part), quick) for part in parts))
+    return condition
 
 
 def each_of(flow: Flow, conditions: Iterable[int]) -> Iterator[int]:
@@ -116,14 +130,14 @@ class AllAnswers(NamedTuple):
     holds: int
 
 
-def every(program: Program, in_order: bool) -> AllAnswers:
-    """All answers of every row, sorted, or else unsorted.
+def every(program: Program, in_order: bool, quick: bool) -> AllAnswers:
+    """All answers of every row, sorted, or else unsorted; ``quick`` as in ``counts``.
 
     Raises NotCompilable if a column mixes symbols and numbers.
     """
     flow, order = program.flow, program.order
     symbols = tuple(map(_words, zip(*(ending.results for ending in program.endings), strict=True)))
-    holds = counts(flow, program.holds)
+    holds = counts(flow, program.holds, quick)
     pairs = [zip(ending.results, symbols, strict=True) for ending in program.endings]
     places = [
         tuple(flow.constant(float(w.index(str(r)))) if w else int(r) for r, w in pair)
@@ -260,6 +274,8 @@ class _Simplification:
         if kind in ("lt", "le", "eq"):
             told = self._decided(str(kind), *read)
             return flow.node(kind, *new) if told is None else flow.constant(told)
+        if kind == "sooner" and flow.value_of(new[0]) is not None:
+            return new[0] if flow.value_of(new[0]) else new[1]
         if kind == "where" and flow.value_of(new[0]) is not None:
             return new[1 if flow.value_of(new[0]) else 2]
         return flow.node(kind, *rest[: len(rest) - len(read)], *new)

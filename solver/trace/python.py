@@ -255,6 +255,9 @@ class _Writer:
             kind, *parts = self.flow.nodes[check]
             if kind == "not":
                 self._line(f"if {self.text(int(parts[0]))}: break")
+            elif kind == "sooner":
+                with self._under(f"if not {self.text(int(parts[0]))}:"):
+                    self._line(f"if not {self.text(int(parts[1]))}: break")
             else:
                 self._line(f"if not {self.text(check)}: break")
 

@@ -51,6 +51,9 @@ SPAN, AHEAD = 1024, 1024
 """Rows whose other answers are decided by ranges together, and how many such spans at once."""
 FEW = 0.5
 """Share of the spans up to which those that ranges leave open are computed row by row."""
+TOGETHER = 2**17
+"""Rows up to which the columns of a piece share a block of memory, which the next piece takes
+again."""
 HUGE = 2**18
 """Numbers of a large page of memory. A long column that begins with one is had in few pages."""
 
@@ -78,6 +81,8 @@ def kernel_of(
 
 def columns_of(number: int, count: int) -> list[Array]:
     """Columns (n,) to be filled."""
+    if count <= TOGETHER:
+        return list(np.empty((number, count)))
     rooms = [np.empty(count + (HUGE if count > HUGE else 0)) for _ in range(number)]
     starts = [-room.ctypes.data // room.itemsize % HUGE if count > HUGE else 0 for room in rooms]
     return [room[start : start + count] for room, start in zip(rooms, starts, strict=True)]
@@ -90,8 +95,9 @@ Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
 class AnswerKernel:
     """One record on arrays: the answers of the rows that it covers, and a mask (n,) of these.
 
-    First the roots of blocks get a few steps in straight-line code; the remaining rows get as many
-    steps as they need. ``turns`` (v,) are whole turns of wanted angles, else infinite.
+    First the roots of blocks get a few steps in straight-line code, and rules the short form of
+    their checks; the remaining rows get as many steps as they need. ``turns`` (v,) are whole turns
+    of wanted angles, else infinite.
     """
 
     def __init__(self, program: Program, jit: bool, turns: Array) -> None:
@@ -105,7 +111,7 @@ class AnswerKernel:
         )
         self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
         """Computes whether known numbers of blocks lie in ranges, and the nodes of these."""
-        self.symbols = every(program, in_order=False).symbols
+        self.symbols = every(program, in_order=False, quick=True).symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
 
     def _computed(
@@ -115,7 +121,7 @@ class AnswerKernel:
         ranges."""
         form, within = (in_order, quick), self._within if quick else []
         if form not in self._made:
-            found = every(self.program, in_order)
+            found = every(self.program, in_order, quick)
             known = (node for _, some in within for node in some)
             wanted = (*chain(*found.places), *found.there, found.holds, *known)
             self._made[form] = kernel_of(self.program.flow, wanted, self.jit, quick)
@@ -185,7 +191,7 @@ class AnswerKernel:
     @cached_property
     def _ranges(self) -> tuple[Ranges, AllAnswers, list[int]]:
         """Ranges of the numbers of all answers, then of all conditions."""
-        found = every(self.program, in_order=False)
+        found = every(self.program, in_order=False, quick=True)
         conditions = list(dict.fromkeys(each_of(self.program.flow, (found.holds, *found.there))))
         return Ranges(self.program.flow, (*chain(*found.places), *conditions)), found, conditions
 
