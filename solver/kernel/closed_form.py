@@ -1,6 +1,6 @@
 """The candidates of a closed form, over numbers of any kind.
 
-The formulas are written once, with the operators of numbers. An ``Arithmetic`` says what the
+The formulas are written once, with the operators of numbers. A ``FormulaNumbers`` says what the
 numbers are: floats, nodes of a program, expressions of a chain.
 """
 
@@ -15,7 +15,7 @@ from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 
 
-class Arithmetic:
+class FormulaNumbers:
     """The numbers of one branch of candidates, and what it asks of them.
 
     ``let`` and ``coefficient`` give the value of a formula and the number of a coefficient, at
@@ -90,10 +90,10 @@ class Rounded:
         return Rounded(self.number / other.number)
 
 
-class Floats(Arithmetic):
+class RoundedFloats(FormulaNumbers):
     """Raises Unclear where rounding may hide an answer, or create one."""
 
-    def fork(self) -> Floats:
+    def fork(self) -> RoundedFloats:
         return self
 
     def let(self, formula: Let, known: Mapping[str, Any]) -> float:
@@ -126,4 +126,4 @@ class Floats(Arithmetic):
         return {name: number.number for name, number in found.items()}
 
 
-FLOATS = Floats()
+FLOATS = RoundedFloats()

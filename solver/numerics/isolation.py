@@ -61,7 +61,7 @@ BOXES_ASKED = 5
 CALMEST, LAST_LOOK = 50, 1.25
 """Boxes of a level that are still split at the limits, those in which f changes least; and the work
 for this, as a multiple of the limit."""
-NEIGHBOURS = 64
+FEW_FLOATS = 64
 """Floats of a cluster that are looked at one by one."""
 LOOKED_INTO = 50
 """Remaining clusters that are examined."""
@@ -327,9 +327,9 @@ class _RootBoxes:
         """Whether there is no root between any two neighbours of a cluster of few floats, of which
         one may be a pole or the end of the domain."""
         floats = [cluster.low]
-        while floats[-1] < cluster.high and len(floats) <= NEIGHBOURS:
+        while floats[-1] < cluster.high and len(floats) <= FEW_FLOATS:
             floats.append(nextafter(floats[-1], inf))
-        few = 1 < len(floats) <= NEIGHBOURS
+        few = 1 < len(floats) <= FEW_FLOATS
         ranges = self._ranges([*pairwise(floats)]) if few else [UNKNOWN]
         return all(f is None or f[0] > 0.0 or f[1] < 0.0 for f in ranges)
 

@@ -11,7 +11,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name
 from solver.accuracy.rule_sides import symbol_of
 from solver.kernel.block import kernel_of
-from solver.kernel.closed_form import Arithmetic, candidates
+from solver.kernel.closed_form import FormulaNumbers, candidates
 from solver.kernel.step import is_affine, is_scaled, window
 from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (
@@ -237,7 +237,7 @@ class Inverses(Guards):
         return [(branch.state, {n: nodes[n] for n in step.unknowns}) for branch, nodes in found]
 
 
-class NodeNumbers(Arithmetic):
+class NodeNumbers(FormulaNumbers):
     """Closed forms as nodes; what they ask is required of a ``state``. Of the points on a
     ``circle`` around 0 of radius 1 the sine and the cosine are known."""
 
