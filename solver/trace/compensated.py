@@ -12,12 +12,7 @@ from contextlib import suppress
 from functools import partial, reduce
 from typing import NamedTuple
 
-from rulesheets.evaluate import (
-    NotDifferentiable,
-    Undefined,
-    differentiate,
-    rounded_derivatives,
-)
+from rulesheets.evaluate import Undefined, differentiate
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import (
     Call,
@@ -31,9 +26,9 @@ from rulesheets.syntax.nodes import (
     Sum,
     children,
     names,
-    subtract,
 )
 from rulesheets.syntax.program import walk
+from solver.accuracy.rule_sides import moves_of, sides
 from solver.numerics.tolerances import BACKWARD
 from solver.trace.flow import LIBRARY, Flow, Numbers
 from solver.trace.graph import NotCompilable
@@ -49,25 +44,27 @@ NOISY = 0.5
 def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
     """The rounding of a rule in a record, as a share of what its check admits: the largest at some
     points, the first of them the sample."""
-    form, doubtful = subtract(rule.left, rule.right), list[tuple[Mapping[str, float], float]]()
+    doubtful = list[tuple[Mapping[str, float], float]]()
     inner = walk(*children(rule.left), *children(rule.right))
-    if len(rule.names) == len([*names(form)]) and not any(isinstance(one, Sum) for one in inner):
+    if len(rule.names) == len([*names(rule.left), *names(rule.right)]) and not any(
+        isinstance(one, Sum) for one in inner
+    ):
         return 0.0  # what is rounded is no larger than what is varied
     for values in points:
-        with suppress(NotDifferentiable, Undefined):
-            _, slopes, rounded = rounded_derivatives(form, values)
-            size = BACKWARD * sum(abs(slope * values[name]) for name, slope in slopes.items())
-            doubtful += [(values, size)] if rounded > NOISY * size / LIBRARY > 0.0 else []
+        with suppress(Undefined):
+            found = sides(rule, values)
+            size = BACKWARD * sum(moves_of(found.slopes, values))
+            doubtful += [(values, size)] if found.noise > NOISY * size / LIBRARY > 0.0 else []
     if not doubtful:
         return 0.0
     flow, shares = Flow(), [0.0]
     flow.at = Numbers(flow, dict(enumerate(points[0].values())))
     places = {name: flow.input(place) for place, name in enumerate(points[0])}
     with suppress(NotCompilable):  # the record may be more exact than the rule as written
-        sides = [flow.expression(side, places) for side in (rule.left, rule.right)]
+        both = [flow.expression(side, places) for side in (rule.left, rule.right)]
         for values, size in doubtful:
             there = Numbers(flow, dict(enumerate(values.values())))
-            shares.append(sum(map(there.error, sides)) / size)
+            shares.append(sum(map(there.error, both)) / size)
     return max(shares)
 
 
