@@ -88,6 +88,10 @@ SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Values at which an equation that may not depend on its unknown is tried; no special points."""
 
 
+ASIDE = 1e-4
+"""How far from an answer its equation is tried, as a share of it: no special point."""
+
+
 _NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
 
 
@@ -229,12 +233,7 @@ class StepSolver:
             return self._why_none(numbers, outside, lost)
         double: DoubleRoot | None = None
         kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
-        if (
-            len(kept) == 1 < self.isolation.branches
-            and not kinks
-            and self._slope(kept[0])[1] == 0.0
-        ):
-            # where two preimages coincide, the equation does not change to first order
+        if len(kept) == 1 < self.isolation.branches and not kinks and self._coincide(kept[0]):
             double = DoubleRoot((self.index,), (self.unknown,), {self.unknown: 1.0})
         complete, delicate = self.complete and not lost, self.delicate or double is not None
         return StepOutcome(tuple(kept), None, complete, double, delicate)
@@ -321,6 +320,17 @@ class StepSolver:
         from rulesheets.evaluate.digits import extended, in_many_digits
 
         return float(extended(formula, self.values)) if in_many_digits(formula) else number
+
+    def _coincide(self, number: float) -> bool:
+        """Whether two preimages do: the equation does not change to first order, and neither
+        crosses 0 nor ends there, as ``x^n`` of an odd or a broken n does at 0."""
+        if self._slope(number)[1] != 0.0:
+            return False
+        beside = ASIDE * (abs(float(number)) or 1.0)
+        before, after = (self._slope(number + step)[0] for step in (-beside, beside))
+        if before is None or after is None:
+            return before is after
+        return before * after >= 0.0
 
     def _slope(self, number: float) -> tuple[float | None, float]:
         """The residual of the equation in floats, and its slope by the unknown."""
