@@ -93,3 +93,20 @@ def test_what_drowns_beside_one_leaves_nothing_free(rules: str, d: float) -> Non
     result = solver.solve(rulesheets.loads(rules), {"d": d})
     assert result.status is not solver.Status.PARTIAL
     assert all(abs(s["x"]) < 1e-7 for s in result.solutions)
+
+
+@pytest.mark.parametrize("n", [0.5, 1.5, 3.0])
+def test_a_power_that_does_not_turn_back_has_one_answer_at_0(n: float) -> None:
+    """As at an effect of no dose: both roots that an even power has are 0 there, but it has one."""
+    model = rulesheets.loads("E = 100*C^n/(2^n + C^n)")
+    result = solver.solve(model, {"E": 0.0, "n": n})
+    assert (result.status, result["C"], result.complete) == (solver.Status.SOLVED, 0.0, True)
+    plan = solver.prepare(model, ["E"], ["C"], given={"n": n})
+    assert plan(50.0)[0] == pytest.approx(2.0)
+    assert plan(0.0) == (0.0,)
+
+
+@pytest.mark.parametrize("n", [2.0, 4.0])
+def test_an_even_power_has_a_double_root_at_0(n: float) -> None:
+    model = rulesheets.loads("E = 100*C^n/(2^n + C^n)")
+    assert solver.solve(model, {"E": 0.0, "n": n}).status is solver.Status.SINGULAR
