@@ -10,7 +10,7 @@ IV.3).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
@@ -28,6 +28,7 @@ from solver.numerics.elimination import EXACT_LIMIT, LinearOutcome, solve_linear
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import (
+    CANCELLED,
     EXAMINED,
     FREE,
     NEARLY,
@@ -131,13 +132,14 @@ def undetermined(
             lost = near.lost(exact, moved, SECOND_ORDER if singular else 0.0)
             if not lost:
                 return None
-            point, directions = problem.named(near.point(len(lost))), list(map(problem.named, lost))
-            if not moved.holds(point):
+            point = next(filter(moved.holds, map(problem.named, near.points(len(lost)))), None)
+            if point is None:
                 return near.contradiction(problem, len(lost))
             # a second point, further from the first than that is large: at just its size, unknowns
             # that are each other's negatives would become 0, where nothing of a rule is left to go
             # by
             reach = FAR * max(1.0, *map(abs, point.values()))
+            directions = list(map(problem.named, lost))
             if not all(
                 moved.holds({n: v + reach * z[n] for n, v in point.items()}) for z in directions
             ):
@@ -215,12 +217,14 @@ class _NearlySingular:
                 found.append([q / size for q in z])
         return found
 
-    def point(self, lost: int) -> list[float]:
-        """The solution of least scaled norm with the last singular values replaced by 0."""
+    def points(self, lost: int) -> Iterator[list[float]]:
+        """The solution of least scaled norm with the last singular values replaced by 0; then that
+        with 0 for its numbers that are only rounding, which no rule between them admits."""
         kept = len(self.s) - lost
-        y = (self.u.T @ self.b)[:kept] / self.s[:kept]
-        point: list[float] = ((self.v[:kept].T @ y) / self.columns).tolist()
-        return point
+        scaled = self.v[:kept].T @ ((self.u.T @ self.b)[:kept] / self.s[:kept])
+        sizes = np.abs(scaled)
+        for share in (0.0, CANCELLED):
+            yield (np.where(sizes > share * sizes.max(), scaled, 0.0) / self.columns).tolist()
 
     def dependent(self, lost: int) -> list[int]:
         """Rows that follow from the others: pivots of the combinations (lost, n) that are 0 = 0."""
