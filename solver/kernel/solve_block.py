@@ -336,11 +336,7 @@ class _Methods:
                 :MOST_REPEATED
             ]
             answers, cut = [answer for answer in answers if answer in kept], True
-        if (
-            candidates.sensible is not None
-            and not complete
-            and (candidates.has_too_many or self.torn_once)
-        ):
+        if candidates.sensible is not None and candidates.has_too_many and not complete:
             self.budget.cut = True
             answers, cut = [candidates.sensible], False
         elif candidates.outside is not None and not answers:

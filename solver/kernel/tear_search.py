@@ -176,10 +176,9 @@ class TearSearch:
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
             IsolationLimits(
-                BRIEF_BOXES if self.brief else SEARCH_BOXES,
+                BRIEF_BOXES if self.brief or candidates.sensible else SEARCH_BOXES,
                 SEARCH_ALIVE,
                 levels,
-                candidates.sensible is not None,
             ),
             within,
         )

@@ -44,14 +44,11 @@ GAP = 4.0
 
 
 class IsolationLimits(NamedTuple):
-    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting. ``whole``: roots are
-    of use only if they are all: the search ends without any at a limit, or if it drops no box at
-    first."""
+    """``boxes`` evaluated in all, ``alive`` at once, ``levels`` of splitting."""
 
     boxes: int = 200_000
     alive: int = 8_000
     levels: int = 220
-    whole: bool = False
 
 
 PRESPLIT = 5
@@ -67,9 +64,6 @@ LOOKED_INTO = 50
 """Remaining clusters that are examined."""
 MANY = 50
 """Roots beyond which no others are searched if boxes had to be left undecided."""
-IDLE_LEVELS = 2
-"""Levels at first without a box that is dropped or settled, after which a search is not expected to
-end."""
 REMOTE_LEVELS = 6
 """Levels after which boxes beyond 1e±100 are abandoned."""
 
@@ -168,8 +162,6 @@ class _RootBoxes:
     def run(self, limits: IsolationLimits, within: Sequence[Interval] | None) -> RootSearch:
         front = presplit(self.low, self.high) if within is None else [*within]
         settled, at_rounding, unsplit, levels = self._branch_and_prune(front, limits)
-        if limits.whole and unsplit:
-            return RootSearch((), False, evaluations=self.evaluations, levels=levels)
         self.roots = [bracketed_root(self.value, *box) for box in settled]
         valueless = [isnan(value_at(self.value, root)) for root in self.roots]
         blank = [box for box, nowhere in zip(settled, valueless, strict=True) if nowhere]
@@ -292,10 +284,6 @@ class _RootBoxes:
                 opened.sort(key=lambda s: (_rise(s), *_ordinary(s.low, s.high)))
                 unsplit += [(section.low, section.high) for section in opened[CALMEST:]]
                 del opened[CALMEST:]
-            idle = level + 1 == IDLE_LEVELS and len(opened) >> level == 2**PRESPLIT
-            if limits.whole and (unsplit or idle):
-                unsplit += [(section.low, section.high) for section in opened]
-                break
             front = [half for s in opened for half in ((s.low, s.middle), (s.middle, s.high))]
         left = [box for box in unsplit if not self._is_remote(*box)]
         return settled, at_rounding, left + front, level + 1
