@@ -154,6 +154,11 @@ class Branch:
         """Why equations are inactive, each reason once."""
         return tuple({id(fact): fact for fact in self.inactive.values()}.values())
 
+    def given(self, inputs: Collection[str]) -> frozenset[str]:
+        """The names whose values are inputs, or assumed."""
+        equal = (value_of_equality(pair) for pair, sign in self.signs.items() if sign == EQUAL)
+        return frozenset((*inputs, *(said[0] for said in equal if said)))
+
     def without(self, names: Collection[str]) -> Branch:
         """A fork without the values of these names."""
         fork = self.fork()
@@ -234,13 +239,21 @@ def infinite(model: Model, branch: Branch, name: str) -> bool:
     )
 
 
-def blocked(leaf: Leaf) -> bool:
+def blocked(model: Model, leaf: Leaf) -> bool:
     """Whether a leaf's missing values have a reason other than being free."""
     return any(
-        isinstance(fact, Conflict | NoRoot | OutOfRange)
-        or (isinstance(fact, NoValue) and not fact.pole)
+        isinstance(fact, Conflict | NoRoot) or excludes(model, fact)
         for fact in leaf.branch.inactive.values()
     )
+
+
+def excludes(model: Model, fact: Fact) -> bool:
+    """Whether a rule excludes every number of its unknown: none satisfies it, none that is finite
+    (which one that calls only pass on need not be), or none in the range."""
+    match fact:
+        case NoValue(unknown=unknown, pole=pole):
+            return not (pole and model.variables[unknown].passed)
+    return isinstance(fact, OutOfRange)
 
 
 class Asked(NamedTuple):
@@ -307,22 +320,23 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
     rule that leads to one of its missing values."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     facts = leaf.branch.inactive.values()
-    refused = [_without_value(fact) for fact in facts]
+    refused = [_without_value(model, fact) for fact in facts]
     if any(isinstance(fact, Conflict) for fact in facts) or any(
         not asked.isdisjoint(unknowns) for _, unknowns in refused
     ):
         return True
     missing = frozenset(leaf.missing)
-    path = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=missing)
+    given = leaf.branch.given(inputs)
+    path = planner(model).path(given, leaf.branch.conditions, want=missing)
     leading = {equation for step in path.steps for equation in equations_of(step)}
     return any(not leading.isdisjoint(equations) for equations, _ in refused)
 
 
-def _without_value(fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
+def _without_value(model: Model, fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """The equations that no value satisfies according to a proven fact, and the unknowns in
     question."""
     match fact:
-        case NoValue(pole=False) | OutOfRange():
+        case NoValue() | OutOfRange() if excludes(model, fact):
             return (fact.equation,), (fact.unknown,)
         case NoRoot(proven=True):
             return fact.equations, fact.unknowns

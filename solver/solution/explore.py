@@ -225,7 +225,7 @@ class PathSearch:
     def _underdetermined_since(self, count: int) -> bool:
         """Whether the cases after the first so many open ones leave an uncontradicted continuum:
         answers of other cases do not make this solved, and equality is only its boundary."""
-        return any(not blocked(leaf) and not leaf.on_boundary for leaf in self.open_cases[count:])
+        return any(not blocked(self.model, leaf) and not leaf.on_boundary for leaf in self.open_cases[count:])
 
     # --- following a path ---
 
@@ -583,7 +583,13 @@ class PathSearch:
         leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
             self.contradicted.append(leaf)
-        elif missing and branch.signs and self.analysis.unverified(branch):
-            self.open_cases.append(leaf)  # an assumption was made on what is not known even now
+        elif missing and branch.signs and self._is_open(leaf):
+            self.open_cases.append(leaf)
         else:
             self.leaves.append(leaf)
+
+    def _is_open(self, leaf: Leaf) -> bool:
+        """Whether an assumption of a leaf is not known even at its end, or led to a refusal."""
+        return self.analysis.unverified(leaf.branch) or hides_no_answer(
+            self.model, leaf, self.inputs
+        )

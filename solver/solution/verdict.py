@@ -297,7 +297,7 @@ def _uncovered(
     leaves = [
         leaf
         for leaf in found.open_cases
-        if not (leaf.underdetermined or leaf.on_boundary or blocked(leaf))
+        if not (leaf.underdetermined or leaf.on_boundary or blocked(model, leaf))
     ]
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
@@ -345,12 +345,13 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     """Wanted variables are missing: because of values (inactive rules), or of the inputs'
     pattern."""
     leaf = leaves[0]
-    undetermined = {*planner(model).path(frozenset(inputs), leaf.branch.conditions).undetermined}
+    given = leaf.branch.given(inputs)
+    undetermined = {*planner(model).path(given, leaf.branch.conditions).undetermined}
     structural = tuple(name for name in leaf.missing if name in undetermined)  # for any values
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons
     missing = frozenset(leaf.missing)
-    way = planner(model).path(frozenset(inputs), leaf.branch.conditions, want=missing)
+    way = planner(model).path(given, leaf.branch.conditions, want=missing)
     used = {equation for step in way.steps for equation in equations_of(step)}
     why = tuple(fact for fact in every if used.intersection(facts.about(fact))) or every
     status = Status.PARTIAL

@@ -221,7 +221,7 @@ class Plan:
             ended = (
                 leaf
                 for leaf in (*found.leaves, *found.open_cases)
-                if not leaf.solved and blocked(leaf)
+                if not leaf.solved and blocked(self.model, leaf)
             )
             refused = (*found.contradicted, *ended, *found.outside_case)
             if solved and self.records.add(numbers, verdict.leaves, refused):
