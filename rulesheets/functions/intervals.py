@@ -9,7 +9,7 @@ R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil, copysign, floor, fmod, inf, isinf, isnan, nan, nextafter
+from math import ceil, copysign, floor, fmod, hypot, inf, isinf, isnan, nan, nextafter
 from typing import NamedTuple, TypeAlias
 
 Interval: TypeAlias = tuple[float, float]
@@ -297,6 +297,25 @@ class Wave(NamedTuple):
 def cut(y_low: float, y_high: float, x_low: float, _: float) -> bool:
     """Whether the direction of (x, y) may jump by a full turn, or is undefined."""
     return not (y_low > 0.0 or y_high < 0.0 or x_low > 0.0)
+
+
+def ratio(a_low: float, a_high: float, b_low: float, b_high: float) -> Interval:
+    """a/sqrt(a^2 + b^2): the cosine of the direction of a point (a, b), the sine of that of
+    (b, a)."""
+    if isnan(a_low) or isnan(b_low) or a_low == a_high == b_low == b_high == 0.0:
+        return EMPTY
+    if isnan(a_high) or isnan(b_high):
+        return -1.0, 1.0
+    near, far = magnitudes(b_low, b_high)
+    below = down(_ratio(a_low, near if a_low < 0.0 else far), ULPS)
+    above = up(_ratio(a_high, far if a_high < 0.0 else near), ULPS)
+    return max(below, 0.0 if a_low >= 0.0 else -1.0), min(above, 0.0 if a_high <= 0.0 else 1.0)
+
+
+def _ratio(a: float, b: float) -> float:
+    if isinf(a) and not isinf(b):
+        return copysign(1.0, a)
+    return a / hypot(a, b) if a and not isinf(b) else 0.0
 
 
 # --- jumps and kinks; all but mod are exact ----------------------------

@@ -45,6 +45,7 @@ ARITHMETIC = {
         "least",
         "multiply",
         "power",
+        "ratio",
         "square",
         "scaled",
     )
@@ -231,6 +232,8 @@ class IntervalEmitter(CodeLines[Pair]):
         )
         self._ends = ", ".join(end for pair in pairs for end in pair)
         self._fixed, self._once = set(single), list[str]()
+        self._points: dict[str, tuple[float, Pair, Pair]] = {}
+        """Of names that are directions of points: a full turn, and the coordinates y and x."""
         constants = {"__builtins__": {}, "inf": inf, "nan": nan, "nextafter": nextafter}
         self.globals: dict[str, Any] = {**constants, **ARITHMETIC, **forms}
         super().__init__(single, names)
@@ -321,7 +324,25 @@ class IntervalEmitter(CodeLines[Pair]):
             self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
         )
 
+    def let_direct(self, name: str, expression: Expression) -> None:
+        """Let a name stand for the direction of a point, if the expression is one: its sine, cosine
+        and tangent are ratios of the coordinates, which lose nothing next to a right angle."""
+        if isinstance(expression, Call) and (row := TABLE[expression.function]).direction:
+            y, x = map(self.of, expression.arguments)
+            self._points[name] = row.angle or nan, y, x
+
     def applied(self, node: Call, arguments: list[Pair]) -> Pair:
+        turn = TABLE[node.function].turn
+        match node.arguments:
+            case (Name(name),) if turn and self._points.get(name, (nan,))[0] == turn:
+                _, y, x = self._points[name]
+                match node.function[:3]:
+                    case "sin":
+                        return self.apply("ratio", y, x)
+                    case "cos":
+                        return self.apply("ratio", x, y)
+                    case "tan":
+                        return self.apply("divide", y, x)
         self.globals[f"f_{node.function}"] = INTERVALS[node.function]
         return self.apply(f"f_{node.function}", *arguments)
 

@@ -225,7 +225,10 @@ class PathSearch:
     def _underdetermined_since(self, count: int) -> bool:
         """Whether the cases after the first so many open ones leave an uncontradicted continuum:
         answers of other cases do not make this solved, and equality is only its boundary."""
-        return any(not blocked(self.model, leaf) and not leaf.on_boundary for leaf in self.open_cases[count:])
+        return any(
+            not blocked(self.model, leaf) and not leaf.on_boundary
+            for leaf in self.open_cases[count:]
+        )
 
     # --- following a path ---
 
