@@ -150,6 +150,11 @@ class Branch:
         return {**self.decided, **self.assumed}
 
     @property
+    def on_boundary(self) -> bool:
+        """Whether an equality between unknowns was assumed on the way."""
+        return EQUAL in self.signs.values()
+
+    @property
     def reasons(self) -> tuple[Fact, ...]:
         """Why equations are inactive, each reason once."""
         return tuple({id(fact): fact for fact in self.inactive.values()}.values())
@@ -193,11 +198,6 @@ class Leaf:
     @property
     def solved(self) -> bool:
         return not self.missing and not self.conflicts
-
-    @property
-    def on_boundary(self) -> bool:
-        """Whether an equality between unknowns was assumed on the way."""
-        return EQUAL in self.branch.signs.values()
 
 
 def leaf_errors(model: Model, leaf: Leaf) -> ForwardErrors:
@@ -317,7 +317,7 @@ class CutOff(TimeIsUp):
 
 def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bool:
     """Whether a case that an open leaf assumes is proven to have no values, or no value satisfies a
-    rule that leads to one of its missing values."""
+    rule that leads to one of its missing values, or any rule if an equality was assumed."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     facts = leaf.branch.inactive.values()
     refused = [_without_value(model, fact) for fact in facts]
@@ -325,7 +325,7 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
         not asked.isdisjoint(unknowns) for _, unknowns in refused
     ):
         return True
-    missing = frozenset(leaf.missing)
+    missing = None if leaf.branch.on_boundary else frozenset(leaf.missing)
     given = leaf.branch.given(inputs)
     path = planner(model).path(given, leaf.branch.conditions, want=missing)
     leading = {equation for step in path.steps for equation in equations_of(step)}

@@ -226,7 +226,7 @@ class PathSearch:
         """Whether the cases after the first so many open ones leave an uncontradicted continuum:
         answers of other cases do not make this solved, and equality is only its boundary."""
         return any(
-            not blocked(self.model, leaf) and not leaf.on_boundary
+            not blocked(self.model, leaf) and not leaf.branch.on_boundary
             for leaf in self.open_cases[count:]
         )
 
@@ -247,7 +247,9 @@ class PathSearch:
             while found is True and not self._is_full(branch):
                 self.budget.used += PLAN
                 known, inactive = frozenset(branch.values), frozenset(branch.inactive)
-                asked = known, branch.conditions, inactive, self.want
+                # an equality that was assumed is one equation more than the question has
+                want = None if branch.on_boundary else self.want
+                asked = known, branch.conditions, inactive, want
                 path = self.planner.path(*asked, required=True)
                 self.first_path = path.steps if self.first_path is None else self.first_path
                 found = self._follow(branch, path.steps)
@@ -586,7 +588,7 @@ class PathSearch:
         leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
             self.contradicted.append(leaf)
-        elif missing and branch.signs and self._is_open(leaf):
+        elif (missing or branch.on_boundary) and branch.signs and self._is_open(leaf):
             self.open_cases.append(leaf)
         else:
             self.leaves.append(leaf)

@@ -236,7 +236,7 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
     uncovered = _uncovered(model, found, inputs) if underdetermined else ()
     if underdetermined and not (
-        uncovered and any(leaf.solved and not leaf.on_boundary for leaf in found.leaves)
+        uncovered and any(leaf.solved and not leaf.branch.on_boundary for leaf in found.leaves)
     ):
         return _unfinished(model, underdetermined, inputs)
     solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
@@ -297,7 +297,7 @@ def _uncovered(
     leaves = [
         leaf
         for leaf in found.open_cases
-        if not (leaf.underdetermined or leaf.on_boundary or blocked(model, leaf))
+        if not (leaf.underdetermined or leaf.branch.on_boundary or blocked(model, leaf))
     ]
     why = (fact for leaf in leaves for fact in leaf.branch.reasons)
     if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
