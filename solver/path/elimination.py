@@ -19,8 +19,9 @@ from fractions import Fraction
 from itertools import combinations, permutations
 from typing import TypeAlias
 
+from rulesheets.functions import TABLE
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Expression, Name, add, call
+from rulesheets.syntax.nodes import Call, Expression, Name, add, call
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 from solver.path.polynomial import UNIT, Generators, NoForm, Polynomial, constant, generator
 
@@ -75,7 +76,7 @@ class _System:
     def __init__(self, equations: Sequence[Equation], generators: Generators, by: str) -> None:
         self.by = by
         self.generators, self.open, self.pairs = generators, generators.open, generators.pairs
-        forms = [generators.polynomial(e.left) - generators.polynomial(e.right) for e in equations]
+        forms = [generators.polynomial(side) for side in map(_form, equations)]
         self.equations = [form.reduced(self.pairs) for form in (*forms, *generators.extra)]
         self.forward: list[Formula] = []
         self.backward: list[list[Formula]] = []
@@ -297,6 +298,16 @@ class _System:
             self.backward.append(found)
             return True
         return False
+
+
+def _form(rule: Equation) -> Expression:
+    """Left minus right; for the direction of a point ``angle = atan2(y, x)`` what is 0 only on the
+    line in that direction."""
+    for angle, direction in ((rule.left, rule.right), (rule.right, rule.left)):
+        if isinstance(direction, Call) and (row := TABLE[direction.function]).direction:
+            (y, x), (sine, cosine) = direction.arguments, row.sine_and_cosine
+            return y * call(cosine, angle) - x * call(sine, angle)
+    return rule.left - rule.right
 
 
 def _plain(*names: str) -> bool:
