@@ -5,7 +5,7 @@ They are compiled on first use, to code for one box.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
@@ -225,6 +225,7 @@ def _followed(
         quotient=quotient,
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
+    quotients = dict[str, Quotient]()
     for item in chain.assignments:
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
@@ -232,7 +233,7 @@ def _followed(
         for step in steps(stepwise(item.expression)) if smooth else ():
             low, high = emitter.of(step)
             emitter.line(f"if {low} != {high}: {otherwise}")
-        low, high = _assigned(emitter, item)
+        low, high = _assigned(emitter, item, quotients)
         if item.side:
             low, high = emitter.apply("beside_jump", (low, high), more=f", {item.side}")
         (least, _), (most, _) = emitter.number(Number(item.low)), emitter.number(Number(item.high))
@@ -246,12 +247,18 @@ def _followed(
         emitter.assign(item.name, (low, high))
         if item.low == -inf and item.high == inf:
             emitter.let_direct(item.name, item.expression)
+            if isinstance(item.expression, Quotient):
+                quotients[item.name] = item.expression
     return emitter
 
 
-def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
-    """A quotient that must not be negative has a divisor with the sign of its dividend."""
+def _assigned(emitter: IntervalEmitter, item: Assignment, known: Mapping[str, Quotient]) -> Pair:
+    """The value of an assignment: a quotient that must not be negative has a divisor with the sign
+    of its dividend, and one by a ``known`` quotient c/d is the product with d, over c."""
     expression = item.expression
+    match expression:
+        case Quotient(above, Name(name)) if name in known:
+            expression = Quotient(above * known[name].right, known[name].left)
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)
