@@ -18,7 +18,7 @@ from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
-from rulesheets.model import Variable
+from rulesheets.model import Equation, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     ONE,
@@ -45,6 +45,7 @@ from solver.kernel.emitter import Emitter
 from solver.kernel.interval_code import factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
+from solver.path.elimination import turned
 from solver.path.graph import ModelGraph
 
 MAX_CHAINS = 256
@@ -87,7 +88,8 @@ class Chain(NamedTuple):
 def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     """One chain for every combination of preimages; at most ``MAX_CHAINS``."""
     rules = {f"{RESIDUAL}{number}": graph.model.equations[number] for number in block.residuals}
-    residuals = tuple(Assignment(name, rule.left - rule.right) for name, rule in rules.items())
+    parts = [_residual(name, rule) for name, rule in rules.items()]
+    residuals = (*(step for *some, _ in parts for step in some), *(part[-1] for part in parts))
     found = []
     for combination in itertools.islice(
         itertools.product(*_alternatives(graph, block)), MAX_CHAINS
@@ -95,6 +97,17 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
         steps = tuple(itertools.chain.from_iterable(combination))
         found.append(Chain(block.tears, (*steps, *residuals), tuple(rules)))
     return tuple(found)
+
+
+def _residual(name: str, rule: Equation) -> list[Assignment]:
+    """Left minus right; of the direction of a point, which jumps, the equivalent that does not."""
+    if (found := turned(rule)) is None:
+        return [Assignment(name, rule.left - rule.right)]
+    return [
+        Assignment(f"{name} angle", found.angle, -found.turn / 2, found.turn / 2),
+        Assignment(f"{name} along", found.along, low=0.0, low_open=True),
+        Assignment(name, found.across),
+    ]
 
 
 def _alternatives(

@@ -257,8 +257,8 @@ def _assigned(emitter: IntervalEmitter, item: Assignment, known: Mapping[str, Qu
     of its dividend, and one by a ``known`` quotient c/d is the product with d, over c."""
     expression = item.expression
     match expression:
-        case Quotient(above, Name(name)) if name in known:
-            expression = Quotient(above * known[name].right, known[name].left)
+        case Quotient(dividend, Name(name)) if name in known:
+            expression = Quotient(dividend * known[name].right, known[name].left)
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)

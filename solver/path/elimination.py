@@ -17,7 +17,8 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations, permutations
-from typing import TypeAlias
+from math import inf
+from typing import NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation
@@ -301,13 +302,30 @@ class _System:
 
 
 def _form(rule: Equation) -> Expression:
-    """Left minus right; for the direction of a point ``angle = atan2(y, x)`` what is 0 only on the
-    line in that direction."""
+    """Left minus right, or of the direction of a point its distance from the line in it."""
+    found = turned(rule)
+    return rule.left - rule.right if found is None else found.across
+
+
+class Turned(NamedTuple):
+    """A rule ``angle = atan2(y, x)`` as the coordinates of the point ``along`` and ``across`` the
+    direction of the angle: it holds where the one is positive, the other 0, and the angle no more
+    than half a ``turn``."""
+
+    angle: Expression
+    along: Expression
+    across: Expression
+    turn: float
+
+
+def turned(rule: Equation) -> Turned | None:
+    """A rule for the direction of a point, without the jump of that; None of another rule."""
     for angle, direction in ((rule.left, rule.right), (rule.right, rule.left)):
         if isinstance(direction, Call) and (row := TABLE[direction.function]).direction:
             (y, x), (sine, cosine) = direction.arguments, row.sine_and_cosine
-            return y * call(cosine, angle) - x * call(sine, angle)
-    return rule.left - rule.right
+            s, c = call(sine, angle), call(cosine, angle)
+            return Turned(angle, x * c + y * s, y * c - x * s, row.angle or inf)
+    return None
 
 
 def _plain(*names: str) -> bool:
