@@ -9,6 +9,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import rulesheets
@@ -266,6 +267,32 @@ def test_slider_at_dead_centre_leaves_the_crank_free(name: str, vB: float) -> No
     cleared = {"thetaAO": None, "omegaAO": None, "alphaAO": None}
     result = solver.solve(model(name), {**inputs, **cleared})
     assert str(result.status) in ({"singular"} if vB == 0.0 else {"infeasible", "inconsistent"})
+
+
+# --- the rod or the acceleration drives ------------------------------------------
+
+SCANNED = {
+    "thetaAO": np.linspace(-180.0, 180.0, 7_201) + 1e-7,
+    "AB": np.linspace(0.0, 40.0, 8_001) + 1e-7,
+    "offset": np.linspace(-30.0, 30.0, 6_001) + 1e-7,
+}
+
+
+@pytest.mark.parametrize("share", [1.0, 1.02, 0.6])
+@pytest.mark.parametrize("wanted", SCANNED)
+@pytest.mark.parametrize("quantity", ["omegaAB", "alphaAB", "aB"])
+def test_all_positions_with_a_given_motion(quantity: str, wanted: str, share: float) -> None:
+    """Whatever is asked for, the answers are those of the closed form: none at a case of the sheet
+    where other rules contradict the given number."""
+    value = share * float(oracle.forward(PAPER)[quantity])
+    exact = oracle.driven_by(quantity, value, PAPER, wanted, SCANNED[wanted])
+    for want in ([wanted], None):
+        result = solver.solve(model(AS_PRINTED), {quantity: value, wanted: None}, want=want)
+        found = sorted(solution[wanted] for solution in result.solutions)
+        assert str(result.status) == ("solved" if found else "infeasible")
+        assert result.complete
+        found = [number for number in found if wanted != "AB" or number > 0.0]
+        assert found == pytest.approx(sorted(exact), rel=1e-7)
 
 
 # --- the variable sheets -----------------------------------------------------------

@@ -267,9 +267,14 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         if verdict.status is Status.INFEASIBLE and found.contradicted:
             return _contradicted(found)  # a branch has every value, and only a rule contradicts it
         return verdict
-    if found.contradicted:
-        return _contradicted(found)
-    return Verdict(Status.INFEASIBLE if found.complete else Status.FAILED, ())
+    # what contradicts an equality that was assumed says no more than that it is no answer
+    inside = tuple(leaf for leaf in found.contradicted if not leaf.branch.on_boundary)
+    if inside:
+        return _contradicted(replace(found, contradicted=inside))
+    if not found.complete:
+        return Verdict(Status.FAILED, ())
+    refused = (leaf.branch.reasons for leaf in found.open_cases if not leaf.branch.on_boundary)
+    return Verdict(Status.INFEASIBLE, (), next(refused, ()))
 
 
 def _curves(

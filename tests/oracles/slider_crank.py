@@ -169,6 +169,30 @@ def crank_angles(AO: float, AB: float, offset: float, xB: float) -> list[mpmath.
         return sorted({_principal(psi - spread), _principal(psi + spread)})
 
 
+def driven_by(quantity: str, value: float, crank: Crank, name: str, numbers: Any) -> list[float]:
+    """The values of the input ``name``, between neighbours of the ascending ``numbers`` (n,), at
+    which a quantity of the linkage has this value; poles left out.
+
+    Changes of sign of the closed form in floats, halved until they are apart by rounding alone.
+    """
+
+    def miss(x: Any) -> Any:
+        v = {key: np.full_like(x, number) for key, number in crank.inputs.items()} | {name: x}
+        angle, side = np.radians(v["thetaAO"]), 1.0 if crank.open else -1.0
+        with np.errstate(all="ignore"):
+            q = _quantities(v, np.sin(angle), np.cos(angle), side, np.sqrt, np.arctan2, np.abs)
+        return q[quantity] - value
+
+    at = miss(numbers)
+    places = np.flatnonzero(at[:-1] * at[1:] < 0.0)
+    low, high = numbers[places], numbers[places + 1]
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        left = miss(low) * miss(middle) <= 0.0
+        low, high = np.where(left, low, middle), np.where(left, middle, high)
+    return list(low[abs(miss(low)) < 1e-6 * abs(value)])
+
+
 def _principal(degrees: mpmath.mpf) -> mpmath.mpf:
     return 180 - mpmath.fmod(180 - degrees, 360) if degrees <= 180 else degrees - 360
 

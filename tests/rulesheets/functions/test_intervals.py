@@ -11,7 +11,7 @@ import pytest
 from rulesheets.evaluate.digits import context, functions
 from rulesheets.evaluate.number import INTERVALS
 from rulesheets.functions import TABLE
-from rulesheets.functions.intervals import add, divide, multiply, power
+from rulesheets.functions.intervals import add, divide, multiply, power, ratio
 
 MP = context(40)
 EXACT = functions(40)
@@ -104,6 +104,7 @@ def test_arithmetic_contains_every_value(seed: int) -> None:
     assert_contains("multiply", multiply, lambda x, y: x * y, 2, seed)
     assert_contains("divide", divide, lambda x, y: x / y, 2, seed)
     assert_contains("power", power, real_power, 2, seed)
+    assert_contains("ratio", ratio, lambda x, y: x / MP.hypot(x, y), 2, seed)
 
 
 @pytest.mark.parametrize("exponent", [-3.0, -2.0, -1.0, 0.0, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0, -0.5])

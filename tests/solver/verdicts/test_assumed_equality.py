@@ -1,0 +1,59 @@
+"""A case in which an equality is assumed has one equation more than the question: its answers must
+satisfy every rule, whatever is wanted."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+
+import rulesheets
+import solver
+from benchmarks.hostile_plans import broken
+
+JOINED = """
+if x = 2 then y = 3 else y = x + 1
+if x = 2 then x = u else x = u + 1
+z = u*y
+"""
+KINKED = """
+p = a*t + b
+if p = c then q = 0 else q = (p - c)*k
+s = q + p
+"""
+
+
+@pytest.mark.parametrize("wanted", ["x", "y", "u", None])
+@pytest.mark.parametrize(("z", "at_two"), [(9.0, False), (6.0, True)])
+def test_what_is_wanted_does_not_change_the_answers(
+    wanted: str | None, z: float, at_two: bool
+) -> None:
+    """(x - 1)(x + 1) = z beside x = 2, where u*y = 6."""
+    want = None if wanted is None else [wanted]
+    result = solver.solve(rulesheets.loads(JOINED), {"z": z}, want=want)
+    root = (z + 1) ** 0.5
+    expected = sorted([-root, root, *([2.0] if at_two else [])])
+    assert result.complete
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_every_answer_satisfies_every_rule(seed: int) -> None:
+    draw = random.Random(seed)
+    given = {name: round(draw.uniform(-5.0, 5.0), 2) for name in "abcks"}
+    model = rulesheets.loads(KINKED)
+    for wanted in ("t", "p", "q"):
+        result = solver.solve(model, given, want=[wanted])
+        whole = solver.solve(model, given)
+        assert len(result.solutions) == len(whole.solutions)
+        for answer in result.solutions:
+            values = {**whole.solutions[0], **answer}
+            assert not list(broken(model, values, given))
+
+
+def test_a_refusal_names_the_rule_that_refuses() -> None:
+    """Not a contradiction of a case that was only tried."""
+    rules = "if x = 2 then y = 0 else y = sqrt(3 - w)\nw = x^2 + 4\nx = v - 1\nu = y + 1 + v"
+    result = solver.solve(rulesheets.loads(rules), {"u": 9.0}, want=["v"])
+    assert str(result.status) == "infeasible"
+    assert "contradict" not in result.diagnoses[0].message
