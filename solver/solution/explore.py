@@ -10,6 +10,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.model import Value
+from rulesheets.syntax.nodes import names
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY
 from solver.facts import (
@@ -247,9 +248,7 @@ class PathSearch:
             while found is True and not self._is_full(branch):
                 self.budget.used += PLAN
                 known, inactive = frozenset(branch.values), frozenset(branch.inactive)
-                # an equality that was assumed is one equation more than the question has
-                want = None if branch.on_boundary else self.want
-                asked = known, branch.conditions, inactive, want
+                asked = known, branch.conditions, inactive, self._wanted(branch)
                 path = self.planner.path(*asked, required=True)
                 self.first_path = path.steps if self.first_path is None else self.first_path
                 found = self._follow(branch, path.steps)
@@ -261,6 +260,13 @@ class PathSearch:
                 one = self._as_one_block((*first, pending)[0][0].values, forked)
                 stack[-1] = chain(first, forks), stack[-1][1]
                 stack = stack if one is None else [(iter([(one, None, 0)]), 1)]
+
+    def _wanted(self, branch: Branch) -> frozenset[str] | None:
+        """What a branch has to reach: what is compared by the cases that it assumes, too, and all
+        if it assumes an equality, which is one equation more than the question has."""
+        if self.want is None or branch.on_boundary:
+            return None
+        return self.want.union(n for pair in branch.signs for side in pair for n in names(side))
 
     @property
     def _too_many_searches(self) -> bool:
