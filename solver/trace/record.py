@@ -16,7 +16,7 @@ from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from rulesheets.evaluate import Undefined
+from rulesheets.evaluate import Undefined, holds
 from rulesheets.functions import named
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Comparison, Or, names
@@ -25,7 +25,7 @@ from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
 from solver.path import SolveBlock, activity, known_rules
-from solver.path.cases import MEANING
+from solver.path.cases import EQUAL, MEANING, Pair
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE
@@ -66,6 +66,8 @@ class Recording(StepRecording):
         facts = [self.leaves[place].branch.facts for place in places]
         double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
         for leaf in refused[:MAX_DEAD]:
+            if any(sign != EQUAL and _equal(pair, leaf) for pair, sign in leaf.branch.signs.items()):
+                raise NotCompilable  # on the boundary of its case, where an answer may begin
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
@@ -459,3 +461,10 @@ class Recording(StepRecording):
                 if self._numbers(less) is True:
                     return less
         raise NotCompilable
+
+
+def _equal(pair: Pair, leaf: Leaf) -> bool:
+    """Whether the two sides of a comparison are equal at a leaf."""
+    with suppress(KeyError, Undefined):
+        return holds(Comparison("=", *pair), leaf.branch.values)
+    return False
