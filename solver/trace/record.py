@@ -66,7 +66,9 @@ class Recording(StepRecording):
         facts = [self.leaves[place].branch.facts for place in places]
         double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
         for leaf in refused[:MAX_DEAD]:
-            if any(sign != EQUAL and _equal(pair, leaf) for pair, sign in leaf.branch.signs.items()):
+            if any(
+                sign != EQUAL and _equal(pair, leaf) for pair, sign in leaf.branch.signs.items()
+            ):
                 raise NotCompilable  # on the boundary of its case, where an answer may begin
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)

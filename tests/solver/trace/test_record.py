@@ -255,6 +255,15 @@ def test_answers_next_to_a_fold_are_not_lost_to_a_record_beyond_it() -> None:
                 plan.all(aB)
 
 
+def test_a_row_on_the_boundary_of_a_case_teaches_nothing_about_others() -> None:
+    """-2 is no answer where z = -4, as x > -2 there; beside it there are two."""
+    plan = solver.prepare(
+        rulesheets.loads("if x > -2 then y = x^2 else y = -3.8\nz = -y"), ["z"], ["x"]
+    )
+    for z, expected in ((-4.0, [2.0]), (-3.0, [-(3.0**0.5), 3.0**0.5]), (-9.0, [3.0])):
+        assert sorted(x for (x,) in plan.all(z)) == pytest.approx(expected)
+
+
 def test_angles_beyond_half_a_turn_stay_in_the_turn_that_the_answer_has_them_in() -> None:
     rules = "variables\nb = 7\nc = 9\nC = 80\nrules\na^2 = b^2 + c^2 - 2*b*c*cosd(A)\n"
     model: Any = solver.loads(rules + "b/sind(B) = a/sind(A)\nA + B + C = 180\n")

@@ -57,3 +57,20 @@ def test_a_refusal_names_the_rule_that_refuses() -> None:
     result = solver.solve(rulesheets.loads(rules), {"u": 9.0}, want=["v"])
     assert str(result.status) == "infeasible"
     assert "contradict" not in result.diagnoses[0].message
+
+
+TWO_CASES = """
+if x = w then y = x - 2.8 else y = 2.4*x
+v = x + y
+z = 2.8*v + x
+w = -1.1*x
+"""
+
+
+@pytest.mark.parametrize("wanted", ["x", "y", "v", None])
+def test_a_case_is_known_to_be_that_of_its_answer(wanted: str | None) -> None:
+    """x = 0 is a root of the second case, but of that w = x."""
+    want = None if wanted is None else [wanted]
+    result = solver.solve(rulesheets.loads(TWO_CASES), {"z": 0.0}, want=want)
+    assert str(result.status) == "infeasible"
+    assert not result.solutions
