@@ -4,18 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import suppress
-from math import inf, isfinite, nan, nextafter
+from math import inf, isfinite, log, log1p, nan, nextafter
 from types import FunctionType
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate.gradient import SMALLEST
 from rulesheets.evaluate.number import INTERVALS
 from rulesheets.functions import TABLE, intervals
 from rulesheets.syntax.nodes import (
     ONE,
     Call,
-    Condition,
     Expression,
     Name,
     Negative,
@@ -26,41 +24,47 @@ from rulesheets.syntax.nodes import (
     Sum,
     Symbol,
     add,
-    children,
-    names,
-    rebuilt,
 )
-from rulesheets.syntax.program import walk
 from solver.kernel.emitter import CodeLines, is_square
 
 Pair: TypeAlias = tuple[str, str]
 
 ARITHMETIC = {
     name: getattr(intervals, name)
-    for name in (
-        "add",
-        "both",
-        "divide",
-        "greatest",
-        "least",
-        "multiply",
-        "power",
-        "ratio",
-        "square",
-        "scaled",
-    )
+    for name in ("add", "both", "divide", "multiply", "power", "ratio", "square", "scaled")
 }
+MEAN_ULPS = 8.0
 
 
-def bounded_slopes(a_low: float, a_high: float, b_low: float, b_high: float) -> intervals.Interval:
-    """The quotient of two slopes if both are bounded: where they are not, there may be a pole."""
-    known = all(map(isfinite, (a_low, a_high, b_low, b_high)))
-    return intervals.divide(a_low, a_high, b_low, b_high) if known else intervals.LINE
+def log_means(a: float, b: float, c: float, d: float) -> intervals.Interval:
+    """The means ``(u - v)/ln(u/v)`` of numbers of one sign, u between a and b, v between c and d:
+    that of positive numbers grows with both, and is 0/0 where they are equal."""
+    signs = ((a, b, c, d), (-b, -a, -d, -c))
+    bounds = [
+        sign * end
+        for sign, (low, high, least, most) in zip((1.0, -1.0), signs, strict=True)
+        if high > 0.0 and most > 0.0
+        for end in (_log_mean(low, least, 0), _log_mean(high, most, 1))
+    ]
+    return (min(bounds), max(bounds)) if bounds else intervals.EMPTY
 
 
-ARITHMETIC["bounded_slopes"] = bounded_slopes
-POWERS = tuple(Number(float(k)) for k in range(2, 7))
-"""Exponents of powers that are defined for every base."""
+def _log_mean(u: float, v: float, end: int) -> float:
+    """A lower (0) or upper (1) bound: the mean lies between the geometric and the arithmetic one,
+    and nothing is known of numbers from 0 down."""
+    if not (u > 0.0 < v and isfinite(u + v)):
+        return inf if end else 0.0
+    ratio = u / v
+    if 0.5 <= ratio <= 2.0:
+        mean = v if u == v else (u - v) / log1p((u - v) / v)
+    elif SMALLEST <= ratio < inf:
+        mean = (u - v) / log(ratio)
+    else:
+        mean = u + v if end else 0.0
+    return intervals.up(mean, MEAN_ULPS) if end else intervals.down(mean, MEAN_ULPS)
+
+
+ARITHMETIC["log_means"] = log_means
 
 Side: TypeAlias = tuple[Expression, Expression]
 """The operands of a factor x: b and c of ``b*x + c``."""
@@ -78,105 +82,18 @@ def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
             yield part, _split(part, above), _split(part, below)
 
 
-# --- quotients of differences ---
-#
-# ``(u - v)/ln(u/v)`` is 0/0 where u = v, and intervals tell nothing of it near there. But (φ(u) -
-# φ(v)) over (ψ(u) - ψ(v)) is φ'(ξ)/ψ'(ξ) for some ξ between u and v (Cauchy's mean value theorem),
-# so that slopes over the hull of u and v bound it, if φ and ψ have no gap there.
-
-BETWEEN = Name("#between")
-"""ξ"""
-Pairs: TypeAlias = dict[tuple[Expression, Expression], None]
-
-
-class MeanValue(NamedTuple):
-    """A ``factor`` times such a quotient; φ'(ξ) and ψ'(ξ). ``poles``: where one is unbounded there
-    may be a pole."""
-
-    factor: Expression
-    u: Expression
-    v: Expression
-    above: Expression
-    below: Expression
-    poles: bool
-
-
-def mean_value(node: Quotient) -> MeanValue | None:
-    """A quotient of differences; None if it is none."""
-    parts = factors(node.left)
-    for part in parts:
-        for _, u, v in filter(None, (_difference(node.right), _difference(part))):
-            forms = [_form(side, u, v) for side in (part, node.right)]
-            if (above := forms[0]) is None or (below := forms[1]) is None:
-                continue
-            with suppress(NotDifferentiable):
-                over, under = (differentiate(form, BETWEEN.name) for form in (above, below))
-                poles = any(_may_have_pole(node) for node in (*walk(above), *walk(below)))
-                return MeanValue(times(*without(parts, [part])), u, v, over, under, poles)
+def log_mean(node: Quotient) -> tuple[Expression, Expression, Expression] | None:
+    """f, u and v of ``f*(u - v)/ln(u/v)``; None for other quotients."""
+    match node.right:
+        case Call("ln", (Quotient(u, v),)) | Sum((Call("ln", (u,)), Negative(Call("ln", (v,))))):
+            parts = factors(node.left)
+            for part in parts:
+                rest = times(*without(parts, [part]))
+                if Counter(_terms(part)) == Counter(_terms(u - v)):
+                    return rest, u, v
+                if Counter(_terms(part)) == Counter(_terms(v - u)):
+                    return -rest, u, v
     return None
-
-
-def _difference(side: Expression) -> tuple[Expression, Expression, Expression] | None:
-    """φ(ξ), u and v, if an expression is φ(u) - φ(v)."""
-    match side:
-        case Call("ln" | "log" | "log10" as function, (Quotient(u, v),)):
-            return Call(function, (BETWEEN,)), u, v
-        case Sum((one, Negative(other))):
-            pairs: Pairs = {}
-            form = _common(one, other, pairs)
-            if len(pairs) == 1:
-                ((u, v),) = pairs
-                return form, u, v
-    return None
-
-
-def _common(one: Expression, other: Expression, pairs: Pairs) -> Expression:
-    """What two trees have in common, with ξ in place of the ``pairs`` of parts in which they
-    differ."""
-    if one == other:
-        return one
-    inside, beside = children(one), children(other)
-    alike = type(one) is type(other) and len(inside) == len(beside) > 0
-    if alike and getattr(one, "function", None) == getattr(other, "function", None):
-        return rebuilt(
-            one, tuple(_common(a, b, pairs) for a, b in zip(inside, beside, strict=True))
-        )
-    pairs[one, other] = None
-    return BETWEEN
-
-
-def _form(side: Expression, u: Expression, v: Expression) -> Expression | None:
-    """φ(ξ), if an expression is φ(u) - φ(v) and φ has no gap in which slopes are bounded."""
-    if Counter(_terms(side)) == Counter(_terms(u - v)):
-        return BETWEEN
-    match _difference(side):
-        case form, *pair if pair == [u, v] and not any(map(_has_gap, walk(form))):
-            return form
-    return None
-
-
-def _has_gap(node: Expression | Condition) -> bool:
-    """Whether an operation may be undefined, or jump, between two ξ, though its slope is
-    bounded."""
-    match node:
-        case Call(function, arguments):
-            row = TABLE[function]
-            whole = row.domain == (-inf, inf) and len(arguments) == 1
-            return row.jumps or not (whole or arguments == (BETWEEN,))
-        case Power(base, exponent):
-            return base != BETWEEN and BETWEEN.name in names(base) and exponent not in POWERS
-    return False
-
-
-def _may_have_pole(node: Expression | Condition) -> bool:
-    match node:
-        case Call(function):
-            return TABLE[function].domain == (-inf, inf)
-        case Power(_, exponent):
-            return not (isinstance(exponent, Number) and exponent.value > 0.0)
-        case Quotient(_, divisor):
-            return BETWEEN.name in names(divisor)
-    return False
 
 
 def _terms(side: Expression) -> Sequence[Expression]:
@@ -307,16 +224,11 @@ class IntervalEmitter(CodeLines[Pair]):
                     for having, others in sides
                 ]
                 found = self.apply("both", found, self.apply("divide", *over))
-        if mean := mean_value(node):
-            (a, b), (c, d) = self.of(mean.u), self.of(mean.v)
-            self.assign(
-                BETWEEN.name, self._assigned(f"least({a}, {c}), greatest({b}, {d})", (a, b), (c, d))
+        if mean := log_mean(node):
+            factor, *ends = map(self.of, mean)
+            found = self.apply(
+                "both", found, self.apply("multiply", factor, self.apply("log_means", *ends))
             )
-            if mean.poles or not isinstance(mean.below, Quotient):
-                slopes = self.apply("bounded_slopes", self.of(mean.above), self.of(mean.below))
-            else:
-                slopes = self.of(mean.above * mean.below.right / mean.below.left)
-            found = self.apply("both", found, self.apply("multiply", self.of(mean.factor), slopes))
         return found
 
     def raised(self, node: Power, base: Pair, exponent: Pair) -> Pair:

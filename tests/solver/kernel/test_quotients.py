@@ -143,7 +143,7 @@ DIFFERENCES = (
 def test_bounds_of_a_quotient_of_differences_hold_at_every_point(
     text: str, u: float, v: float, wide: float, high: float, along: float, across: float
 ) -> None:
-    """Around u = v slopes bound it, unless a pole, a gap of a domain or a jump may lie between."""
+    """A logarithmic mean is bounded by those of its ends, others as any quotient."""
     expression = rulesheets.loads(f"variables\n  a = 1.5\nrules\n  y = {text}\n").equations[0].right
     emitter = IntervalEmitter(("u", "v"), ("a",))
     low, top = emitter.function(emitter.of(expression))(1.5)(u, u + wide, v, v + high)
