@@ -16,8 +16,9 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives
+from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.model import Value
+from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import half_unit, uncertainty, with_named_numbers
@@ -29,6 +30,7 @@ from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import (
     CANCELLED,
+    CLEAR,
     EXAMINED,
     FREE,
     NEARLY,
@@ -37,6 +39,7 @@ from solver.numerics.tolerances import (
     SMALLEST_NORMAL,
     STILL,
 )
+from solver.path.polynomial import UNIT, NoForm, in_parts
 
 
 class Perturbed:
@@ -389,3 +392,42 @@ def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
     size = np.abs(jacobian).max(axis=1, keepdims=True)
     _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
     return int((values > share * values[0]).sum()), right
+
+
+# --- contradictions between products ---
+#
+# ``x*y = 6`` contradicts ``x*y = 7``: every rule is linear in its monomials, which are products of
+# powers of parts that are not sums.
+
+MAX_RULES = 40
+
+
+def contradiction(problem: BlockProblem) -> Conflict | None:
+    """The rules of a block that contradict each other, as shown by linear algebra."""
+    forms = problem.kernel.forms
+    if len(forms) > MAX_RULES:
+        return None
+    unknowns = frozenset(problem.unknowns)
+
+    def number(part: Expression) -> Fraction | None:
+        return (
+            Fraction(value(part, problem.here)) if unknowns.isdisjoint(nodes.names(part)) else None
+        )
+
+    try:
+        meaning = dict[Expression, str]()
+        rows = [in_parts(form, number, meaning) for form in forms]
+        columns = list(dict.fromkeys(monomial for row in rows for monomial in row if monomial))
+        matrix = [[float(row.get(monomial, 0.0)) for monomial in columns] for row in rows]
+        rhs = [-float(row.get(UNIT, 0.0)) for row in rows]
+    except (NoForm, Undefined, ArithmeticError, ValueError):
+        return None
+    facts = solve_linear(matrix, rhs)
+    size = max(
+        (abs(m * rhs[row]) for row, m in zip(facts.conflict, facts.multipliers, strict=True)),
+        default=0.0,
+    )
+    if not facts.conflict or abs(facts.miss) <= CLEAR * size:
+        return None
+    equations = tuple(problem.equations[row] for row in facts.conflict)
+    return Conflict(equations, facts.miss, dict(problem.values))

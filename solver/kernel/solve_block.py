@@ -224,7 +224,7 @@ class _Methods:
     def _refuted(self) -> BlockOutcome | None:
         """Why the rules contradict each other, whatever the unknowns are; None if that is
         unknown."""
-        from solver.kernel.algebra import contradiction
+        from solver.kernel.linear_block import contradiction
 
         conflict = contradiction(self.problem) if self.candidates.is_empty else None
         return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
