@@ -45,7 +45,6 @@ from solver.kernel.emitter import Emitter
 from solver.kernel.interval_code import factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
-from solver.path.elimination import turned
 from solver.path.graph import ModelGraph
 
 MAX_CHAINS = 256
@@ -100,14 +99,18 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
 
 
 def _residual(name: str, rule: Equation) -> list[Assignment]:
-    """Left minus right; of the direction of a point, which jumps, the equivalent that does not."""
-    if (found := turned(rule)) is None:
-        return [Assignment(name, rule.left - rule.right)]
-    return [
-        Assignment(f"{name} angle", found.angle, -found.turn / 2, found.turn / 2),
-        Assignment(f"{name} along", found.along, low=0.0, low_open=True),
-        Assignment(name, found.across),
-    ]
+    """Left minus right; of the direction of a point, which jumps, the coordinate of that point
+    across the direction, where the other one is positive and the angle no more than half a turn."""
+    for angle, direction in ((rule.left, rule.right), (rule.right, rule.left)):
+        if isinstance(direction, Call) and (row := TABLE[direction.function]).direction:
+            (y, x), (sine, cosine) = direction.arguments, row.sine_and_cosine
+            s, c, half = call(sine, angle), call(cosine, angle), (row.angle or inf) / 2
+            return [
+                Assignment(f"{name} angle", angle, -half, half),
+                Assignment(f"{name} along", x * c + y * s, low=0.0, low_open=True),
+                Assignment(name, y * c - x * s),
+            ]
+    return [Assignment(name, rule.left - rule.right)]
 
 
 def _alternatives(

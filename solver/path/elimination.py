@@ -17,12 +17,10 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from fractions import Fraction
 from itertools import combinations, permutations
-from math import inf
-from typing import NamedTuple, TypeAlias
+from typing import TypeAlias
 
-from rulesheets.functions import TABLE
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Call, Expression, Name, add, call
+from rulesheets.syntax.nodes import Expression, Name, add, call
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola
 from solver.path.polynomial import UNIT, Generators, NoForm, Polynomial, constant, generator
 
@@ -77,7 +75,7 @@ class _System:
     def __init__(self, equations: Sequence[Equation], generators: Generators, by: str) -> None:
         self.by = by
         self.generators, self.open, self.pairs = generators, generators.open, generators.pairs
-        forms = [generators.polynomial(side) for side in map(_form, equations)]
+        forms = [generators.polynomial(e.left) - generators.polynomial(e.right) for e in equations]
         self.equations = [form.reduced(self.pairs) for form in (*forms, *generators.extra)]
         self.forward: list[Formula] = []
         self.backward: list[list[Formula]] = []
@@ -299,33 +297,6 @@ class _System:
             self.backward.append(found)
             return True
         return False
-
-
-def _form(rule: Equation) -> Expression:
-    """Left minus right, or of the direction of a point its distance from the line in it."""
-    found = turned(rule)
-    return rule.left - rule.right if found is None else found.across
-
-
-class Turned(NamedTuple):
-    """A rule ``angle = atan2(y, x)`` as the coordinates of the point ``along`` and ``across`` the
-    direction of the angle: it holds where the one is positive, the other 0, and the angle no more
-    than half a ``turn``."""
-
-    angle: Expression
-    along: Expression
-    across: Expression
-    turn: float
-
-
-def turned(rule: Equation) -> Turned | None:
-    """A rule for the direction of a point, without the jump of that; None of another rule."""
-    for angle, direction in ((rule.left, rule.right), (rule.right, rule.left)):
-        if isinstance(direction, Call) and (row := TABLE[direction.function]).direction:
-            (y, x), (sine, cosine) = direction.arguments, row.sine_and_cosine
-            s, c = call(sine, angle), call(cosine, angle)
-            return Turned(angle, x * c + y * s, y * c - x * s, row.angle or inf)
-    return None
 
 
 def _plain(*names: str) -> bool:

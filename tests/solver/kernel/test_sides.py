@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+import random
 
+import numpy as np
 import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import rulesheets
 import solver
+from rulesheets.functions import TABLE
 from rulesheets.syntax.nodes import Name, Number, Product, Sum, call, subtract
 from solver.kernel.chain import RESIDUAL, Assignment, Chain, compile_chain, sides
 from solver.kernel.enclosure import Enclosure
@@ -149,3 +152,25 @@ def test_a_rule_that_leaves_its_unknown_open_says_between_which_values(
     result = solver.solve(rulesheets.loads(f"variables\n x {range_}\nrules\n {rule}\n"))
     assert str(result.status) == "partial"
     assert f"any value {said} " in result.diagnoses[0].message
+
+
+@pytest.mark.parametrize("direction", [180.0, 0.0, 90.0, -90.0, 45.0, 140.3, -163.2, 200.0])
+@pytest.mark.parametrize("seed", range(4))
+def test_all_points_of_a_parabola_in_a_direction(direction: float, seed: int) -> None:
+    """Where it crosses the line in that direction, ahead of the origin; none beyond half a turn."""
+    draw = random.Random(f"{direction} {seed}")
+    a, b, c = (round(draw.uniform(-5.0, 5.0), 2) for _ in range(3))
+    model = rulesheets.loads(f"x = {a} + s\ny = {b}*s^2 + {c}\ntheta = atan2d(y, x)")
+    found = solver.solve(model, {"theta": direction})
+    sine, cosine = TABLE["sind"].value(direction), TABLE["cosd"].value(direction)
+    crossing = np.roots([b * cosine, -sine, c * cosine - a * sine])
+    expected = [
+        s.real
+        for s in crossing
+        if s.imag == 0.0
+        and (a + s.real) * cosine + (b * s.real**2 + c) * sine > 0.0
+        and direction <= 180.0
+    ]
+    assert sorted(s["s"] for s in found.solutions) == pytest.approx(sorted(expected), rel=1e-9)
+    assert str(found.status) == ("solved" if expected else "infeasible")
+    assert found.complete
