@@ -1,15 +1,16 @@
 """Which of several answers comes first: a rule on their numbers, the same wherever answers are
 listed.
 
-In this order: nearest to the guesses; fewest negative values (angles aside, and variables whose
-declared range reaches below 0; a temperature, mass or pressure below its zero counts double), a
-trivial zero counting as one; fewest trivial zeros, factors among them; the smoothest, where rules
-of one form pass a quantity on from place to place; fewest angles beyond a right one; sizes near to
-those that the rules and the inputs suggest, within half a decade of the nearest; angles, and times
-and frequencies inside periodic functions, nearest to 0; the nearest sizes; and for what is still
-alike, fewest negative angles, and the variables one by one, in the order of their names. Away from
-guesses, answers with a number of unlikely size come after all others, the farthest last. Nothing
-depends on the order of rules or variables.
+In this order: nearest to the guesses; fewest angles of a given tangent beyond a right one; fewest
+negative values (angles aside, and variables whose declared range reaches below 0; a temperature,
+mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
+zeros, factors among them; the smoothest, where rules of one form pass a quantity on from place to
+place; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest,
+within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
+nearest to 0; the nearest sizes; and for what is still alike, fewest negative angles, and the
+variables one by one, in the order of their names. Away from guesses, answers with a number of
+unlikely size come after all others, the farthest last. Nothing depends on the order of rules or
+variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind
 of quantity that has negative values anyhow, given or in every answer (``signs.py``): where a crank
@@ -52,6 +53,7 @@ alike."""
 CRITERIA = (
     "guessed",
     "unlikely",
+    "reversed",
     "negative",
     "trivial",
     "rough",
@@ -143,6 +145,7 @@ class Ranking:
             if not set(self.names).isdisjoint(pair)
             and all(one in places for one in pair if isinstance(one, str))
         ]
+        self._inclined = [name in signs.inclinations for name in self.names]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
         self._floors = [signs.floors.get(name, -np.inf) for name in self.names]
         self._factors = [
@@ -255,7 +258,7 @@ class Ranking:
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        negatives = zeros = turned = minus = far = 0.0
+        negatives = zeros = turned = minus = far = back = 0.0
         wide, distance, none = factors
         signs: list[Figure] = []
         apart = self._apart(row, sizes, on)
@@ -267,7 +270,8 @@ class Ranking:
             signs += [1.0 * (share < 0.0), abs(share)]
             if angle:
                 turned, minus = turned + abs(number), minus + signs[-2]
-                wide = wide + 1.0 * (abs(number) > right + least)
+                beyond = 1.0 * (abs(number) > right + least)
+                wide, back = wide + beyond, back + beyond * self._inclined[place]
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > ROUNDED_AWAY)
             below = (number < -least) * there
@@ -289,6 +293,7 @@ class Ranking:
         return [
             guessed,
             far,
+            back,
             negatives + zeros,
             trivial,
             rough,

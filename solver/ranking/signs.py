@@ -86,6 +86,20 @@ class Signs:
         self.aside = frozenset(found.union(ranged, swinging))
 
     @cached_property
+    def inclinations(self) -> Set[str]:
+        """Angles whose tangent a rule gives, as ``tand(slope) = rise/run`` or ``run*tand(slope) =
+        rise``: beyond a right angle lies what the same tangent turns about."""
+        sides = [side for e in self._periodic for side in (e.left, e.right)]
+        return {
+            angle.name
+            for side in sides
+            for call in (side, *side.parts)
+            if isinstance(call, Call) and call.function in ("tan", "tand")
+            for angle in call.arguments
+            if isinstance(angle, Name)
+        } & self.angles.keys()
+
+    @cached_property
     def phases(self) -> Set[str]:
         """Names by which arguments of periodic functions grow, and which are no angles, as a time
         or a frequency: the first of the periods is meant."""
