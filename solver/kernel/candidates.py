@@ -9,6 +9,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from rulesheets.functions import TABLE
+from rulesheets.model import Equation
+from rulesheets.syntax.nodes import Call
+from rulesheets.syntax.program import walk
+from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import BlockKernel
@@ -50,6 +55,11 @@ class Answer(NamedTuple):
     values: Mapping[str, float]
     double: DoubleRoot | None = None
     counted: bool = False
+
+
+ASIDE, CORNER, STEEPER = 1e-4, 1e-2, 3.0
+"""How far from an answer its rules are tried; the share of this by which one changes that does so
+to first order; and how many times as much it then changes less than at twice the distance."""
 
 
 class Candidates:
@@ -184,6 +194,30 @@ class Candidates:
             return
         if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
+
+    def _is_corner(self, point: Mapping[str, float], direction: Sequence[float]) -> bool:
+        """Whether some rule changes to first order on either side of a point, where its slope is
+        taken as 0 at a kink: the only answer beside it is that point."""
+        moving = zip(point.values(), direction, strict=True)
+        step = ASIDE * min(abs(v or 1.0) / abs(d) for v, d in moving if abs(d) > MOVES)
+
+        def misses(rule: Equation, share: float) -> tuple[float, float]:
+            moved = zip(point.items(), direction, strict=True)
+            there = {**self.problem.here, **{n: v + share * step * d for (n, v), d in moved}}
+            check = check_rule(rule, there)
+            return abs(check.miss or 0.0), check.scaled
+
+        def bends(rule: Equation, side: float) -> bool:
+            miss, scaled = misses(rule, side)
+            return scaled > CORNER * ASIDE and misses(rule, 2.0 * side)[0] < STEEPER * miss
+
+        rules = [
+            rule
+            for rule in self.problem.kernel.equations
+            for node in walk(rule.left, rule.right)
+            if isinstance(node, Call) and not TABLE[node.function].smooth
+        ]
+        return all(any(bends(rule, side) for rule in rules) for side in (1.0, -1.0))
 
     def _with_zeros(self, point: dict[str, float], found: Uncertainty) -> dict[str, float]:
         """The point with 0 for values that are no larger than their errors: of a large block, where
@@ -367,12 +401,14 @@ class Candidates:
                     return False
         return True
 
-    def _double(self, point: dict[str, float]) -> DoubleRoot:
+    def _double(self, point: dict[str, float]) -> DoubleRoot | None:
         x = list(point.values())
         try:
             direction = null_direction(self.problem.matrix(x), x)
         except (ArithmeticError, ValueError):
             direction = (1.0,) * len(x)
+        if self._is_corner(point, direction):
+            return None
         moving = {n: d for n, d in zip(point, direction, strict=True) if abs(d) > MOVES}
         return DoubleRoot(self.problem.equations, tuple(moving), moving)
 
