@@ -83,7 +83,7 @@ class Signs:
             for one, other in sides
             if isinstance(one, Name) and _swings(other, self.phases)
         )
-        self.aside = frozenset(found.union(ranged, swinging))
+        self.aside = frozenset(found.union(ranged, swinging, self._opposed()))
 
     @cached_property
     def inclinations(self) -> Set[str]:
@@ -138,6 +138,24 @@ class Signs:
             for name, row in zip(names, exponents, strict=True)
             if row.any()
         }
+
+    def _opposed(self) -> Iterator[str]:
+        """Names one of which a rule makes negative: M of ``M = -F*a``, and those of the forces in
+        ``F1*sind(a) + R = 0``."""
+        from solver.ranking.sizes import added
+
+        for rules in by_shape(self.model):
+            sides = rules[0].left, rules[0].right
+            for side, other in (sides, sides[::-1]):
+                told: Sequence[Expression] = ()
+                if isinstance(other, Negative):
+                    told = (side,)
+                elif is_number(side, 0.0) and len({minus for _, minus in added(other)}) == 1:
+                    told = [term for term, _ in added(other)]
+                alone = map(_without_calls, told)
+                for name in (term.name for term in alone if isinstance(term, Name)):
+                    place = rules[0].names.index(name)
+                    yield from (rule.names[place] for rule in rules)
 
     @cached_property
     def differences(self) -> frozenset[str]:
@@ -245,6 +263,16 @@ class Signs:
 
 
 signs_of = once(Signs)
+
+
+def _without_calls(node: Expression) -> Expression:
+    """A product, or quotient, without functions and numbers as factors."""
+    if isinstance(node, Product | Quotient):
+        left, right = map(_without_calls, (node.left, node.right))
+        if isinstance(right, Call | Number):
+            return left
+        return right if isinstance(node, Product) and isinstance(left, Call | Number) else node
+    return node
 
 
 def _swings(node: Any, known: Set[str]) -> bool:
