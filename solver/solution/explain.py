@@ -7,11 +7,20 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partialmethod
 from typing import assert_never
 
-from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, listed, plural
+from rulesheets.diagnosis import (
+    MAX_NAMED,
+    Diagnosis,
+    Label,
+    Severity,
+    closest,
+    listed,
+    plural,
+)
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name
+from rulesheets.syntax.program import walk
 from solver import facts
 from solver.leaves import Asked, Leaf
 from solver.solution.remedy import (
@@ -386,7 +395,21 @@ class _Explanation:
         else:
             note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
-        return self._error("S510", message, (), missing, note)
+        return self._error("S510", message, (), missing, note, *self._misspelt(missing))
+
+    def _misspelt(self, missing: Sequence[str]) -> Iterator[str]:
+        """Rows that no rule reads, each with a name in rules that has no row and is like it."""
+        model = self.model
+        read = {name for equation in model.equations for name in equation.names}
+        conditions = (*model.conditions, *(one.comparison for one in model.requirements))
+        read |= {node.name for node in walk(*conditions) if isinstance(node, Name)}
+        rows = [name for name, variable in model.variables.items() if variable.span is not None]
+        others = [name for name in model.variables if name in read and name not in rows]
+        for name in rows if others else ():
+            if name not in read and (name in missing or name in self.inputs):
+                near = closest(name, [other for other in others if "." not in other])
+                if near is not None:
+                    yield f"no rule names {name}: is {near} meant to be {name}?"
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
         """The advice to give one of these; none to give a wanted variable itself."""

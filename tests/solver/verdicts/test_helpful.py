@@ -93,6 +93,21 @@ def test_to_give_what_is_asked_for_is_no_help(
     assert not any(note.startswith(f"give {want[0]}") for note in notes)
 
 
+@pytest.mark.parametrize(
+    ("rules", "note"),
+    [
+        ("y = k*T44", "no rule names T4: is T44 meant to be T4?"),  # an input
+        ("yy = k*T4", "no rule names y: is yy meant to be y?"),
+        ("y = k*T4 + t0", None),  # every row is read
+    ],
+)
+def test_a_name_that_may_be_misspelt_is_asked_about(rules: str, note: str | None) -> None:
+    sheet = f"variables\n  T4 = 300\n  k = 2\n  y\nrules\n  {rules}"
+    result = solver.solve(rulesheets.loads(sheet))
+    assert result.status is solver.Status.PARTIAL
+    assert [one for one in result.diagnoses[0].notes if "meant" in one] == ([note] if note else [])
+
+
 def test_what_conditions_read_may_determine_all_by_itself() -> None:
     rules = (
         "8*c*b = b\nif w < 4.16 then 2*c = ln(pi + c)\nif w >= 4.16 then c = pi\n"
