@@ -64,3 +64,9 @@ def basketball(d, h, theta):
     angle = radians(theta)
     t = sqrt(2 * (d * sin(angle) / cos(angle) - h) / 9.81)
     return {"t": t, "v0": d / (cos(angle) * t)}
+
+
+@sheet(OWN, "E > dose, E > n, E C > V EC50")
+def effect(dose, V, Emax, EC50, n):
+    C = dose / V
+    return {"C": C, "E": Emax / (1 + (EC50 / C) ** n)}

@@ -198,3 +198,42 @@ def plane_stress(sx, sy, txy, Sy):
     vm = sqrt(s1**2 - s1 * s2 + s2**2)
     thp = degrees(atan2(2 * txy, sx - sy)) / 2
     return {"savg": savg, "R": R, "s1": s1, "s2": s2, "thp": thp, "vm": vm, "n": Sy / vm}
+
+
+@sheet(OWN, "F1 > rise, SF > d, sig1 > W, F3 > span, Pcr F3 > d W")
+def roof_truss(W, span, rise, d, E):
+    Ls = sqrt((span / 2) ** 2 + rise**2)
+    RA, A, second = W / 2, pi * d**2 / 4, pi * d**4 / 64
+    F1 = -RA * Ls / rise
+    F3 = RA * span / 2 / rise
+    Pcr = pi**2 * E * 1000 * second / (Ls * 1000) ** 2 / 1000
+    return {
+        "al": degrees(atan(2 * rise / span)),
+        "RA": RA,
+        "F1": F1,
+        "F2": F1,
+        "F3": F3,
+        "sig1": F1 * 1000 / A,
+        "sig3": F3 * 1000 / A,
+        "Ls": Ls,
+        "I": second,
+        "Pcr": Pcr,
+        "SF": Pcr / -F1,
+    }
+
+
+@sheet(OWN, "SF > F, SF > h, sig > a, RA MB > F q")
+def overhanging_beam(b, h, L, a, q, F, Sy):
+    hog = F * a + q * a**2 / 2
+    RA = q * L / 2 - hog / L
+    Mf = RA**2 / (2 * q)
+    sig = max(Mf, hog) * 1e6 / (b * h**2 / 6)
+    return {
+        "RA": RA,
+        "RB": q * (L + a) + F - RA,
+        "MB": -hog,
+        "Mf": Mf,
+        "Mmax": max(Mf, hog),
+        "sig": sig,
+        "SF": Sy / sig,
+    }

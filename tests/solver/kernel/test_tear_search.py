@@ -93,3 +93,37 @@ def test_of_many_roots_the_ordinary_ones_are_looked_into_first() -> None:
     assert {1.0, 2.0, 5.0, 10.0} <= set(found) <= steps
     assert result["n"] > 0.0
     assert not result.complete or set(found) == steps
+
+
+EXCHANGERS = """
+variables
+  Ch
+  Cc
+rules
+call hx(To1, To2, Tw2, Tw3, UA1; q1)
+call hx(To2, To3, Tw1, Tw2, UA2; q2)
+function hx(Thi, Tho, Tci, Tco, UA; q)
+parameters Ch, Cc
+rules
+  q = Ch*(Thi - Tho)
+  q = Cc*(Tco - Tci)
+  Cmin = min(Ch, Cc)
+  Cr = Cmin/max(Ch, Cc)
+  NTU = UA/Cmin
+  eff = (1 - exp(-NTU*(1 - Cr)))/(1 - Cr*exp(-NTU*(1 - Cr)))
+  q = eff*Cmin*(Thi - Tci)
+"""
+
+
+def test_a_block_of_some_size_keeps_the_roots_along_its_tear() -> None:
+    """The heat of the first exchanger has a maximum in the flow: two flows give it."""
+    given = {"Cc": 5.016, "To1": 120.0, "Tw1": 20.0, "UA1": 3.0, "UA2": 2.5}
+    model = rulesheets.loads(EXCHANGERS)
+    heat = solver.solve(model, {**given, "Ch": 4.2})["q1"]
+    result = solver.solve(model, {**given, "q1": heat})
+    assert result.status is solver.Status.SOLVED
+    flows = sorted(s["Ch"] for s in result.solutions)
+    assert flows[0] == pytest.approx(4.2)
+    assert len(flows) == 2
+    again = solver.solve(model, {**given, "Ch": flows[1]})
+    assert again["q1"] == pytest.approx(heat)
