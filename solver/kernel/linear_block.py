@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from typing import Any
 
@@ -429,5 +430,8 @@ def contradiction(problem: BlockProblem) -> Conflict | None:
     )
     if not facts.conflict or abs(facts.miss) <= CLEAR * size:
         return None
+    with suppress(Undefined):
+        if _rounded(problem, facts):
+            return None
     equations = tuple(problem.equations[row] for row in facts.conflict)
     return Conflict(equations, facts.miss, dict(problem.values))

@@ -47,3 +47,10 @@ def test_a_fold_is_a_double_root_beside_a_kink_elsewhere() -> None:
     model = rulesheets.loads("y = x*exp(-x) - max(0, x - 3)")
     result = solver.solve(model, {"y": 0.36787944117144233})
     assert result.status is solver.Status.SINGULAR
+
+
+def test_a_balance_in_which_every_unknown_cancels_contradicts_nothing_by_its_rounding() -> None:
+    rules = "a*(b - c) = m*(d - h) + a*(d - c) - m*(d - h) + a*(b - d)\nm*(1 - h/9) = a\nh = 2*T"
+    result = solver.solve(rulesheets.loads(rules), {"a": 1.3, "b": 3.7, "c": 0.1, "d": 1.9})
+    assert result.status is solver.Status.PARTIAL
+    assert {"m", "h"} <= set(result.undetermined)
