@@ -24,7 +24,7 @@ from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vecto
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_in_digits import absorbs
-from solver.accuracy.rule_sides import half_unit, sides
+from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
@@ -50,7 +50,7 @@ from solver.numerics.tolerances import (
     SMALL,
     SPARE,
 )
-from solver.path import Evaluate, SolveBlock, Stage, Step
+from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.solution.explore import Numbers, PathSearch
 
 NUDGE = 2.0**-20
@@ -188,8 +188,33 @@ class _PreciseSearch(PathSearch):
 
     def _learn(self, branch: Branch, step: Step, found: Mapping[str, Any]) -> None:
         numbers = {name: number for name, number in found.items() if not isinstance(number, str)}
-        super()._learn(branch, step, {**found, **_floats(numbers)})
+        floats = {**found, **{name: float(number) for name, number in numbers.items()}}
+        values, nothing = {**branch.values, **floats}, 10.0 ** (-self.digits // 2)
+        for name, number in numbers.items():
+            if (
+                number
+                and abs(number) <= nothing
+                and self._is_rounding(step, values, name, float(number))
+            ):
+                numbers[name], floats[name] = 0 * number, 0.0
+        super()._learn(branch, step, floats)
         branch.precise.update(numbers)
+
+    def _is_rounding(
+        self, step: Step, values: Mapping[str, Value], name: str, number: float
+    ) -> bool:
+        """Whether a number is only the rounding of the terms that it was solved from."""
+        rules = [self.model.equations[index] for index in equations_of(step)]
+        readers = [rule for rule in rules if name in rule.names and values.keys() >= {*rule.names}]
+        share = 10.0 ** (SPARE - self.digits)
+        with suppress(Undefined):
+            return all(
+                abs(sides(rule, values).slopes.get(name, 0.0) * number)
+                <= share * gross(rule, values)
+                != 0.0
+                for rule in readers
+            )
+        return False
 
     def _moved_into_one_turn(self, branch: Branch) -> dict[str, Value]:
         """Whole turns are also subtracted from the digits beyond floats."""

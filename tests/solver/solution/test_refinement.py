@@ -365,3 +365,11 @@ def test_a_coefficient_without_a_value_ends_its_branch_alone() -> None:
     result = solver.solve(loan, given)
     assert [s["r"] for s in result.solutions] == pytest.approx([0.00252])
     assert [s["P"] for s in result.solutions] == pytest.approx([20000.0])
+
+
+def test_what_is_only_rounding_in_many_digits_is_0() -> None:
+    """Where the rod is not accelerated, its digits cancel to as many as are computed."""
+    model = rulesheets.load(MODELS / "rod_through_trunnion" / "model.tk")
+    result = solver.solve(model, {"yc": 0.0, "phi": None})
+    assert sorted(abs(s["alphaBC"]) for s in result.solutions)[:2] == [0.0, 0.0]
+    assert all(s.error["alphaBC"] < 1e-12 for s in result.solutions)
