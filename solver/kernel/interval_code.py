@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from math import inf, isfinite, log, log1p, nan, nextafter
 from types import FunctionType
 from typing import Any, TypeAlias
@@ -23,6 +23,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
+    add,
 )
 from solver.kernel.emitter import CodeLines, is_square
 
@@ -64,6 +65,21 @@ def _log_mean(u: float, v: float, end: int) -> float:
 
 
 ARITHMETIC["log_means"] = log_means
+
+Side: TypeAlias = tuple[Expression, Expression]
+"""The operands of a factor x: b and c of ``b*x + c``."""
+
+
+def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
+    """Factors shared by some terms of the dividend and of the divisor, with these terms: a quotient
+    ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
+    above, below = ([factors(term) for term in _terms(side)] for side in (node.left, node.right))
+    if len(below) == 1:
+        return
+    inside = [part for term in below for part in term]
+    for part in dict.fromkeys(part for term in above for part in term if part in inside):
+        if not isinstance(part, Number):
+            yield part, _split(part, above), _split(part, below)
 
 
 def log_mean(node: Quotient) -> tuple[Expression, Expression, Expression] | None:
@@ -107,6 +123,12 @@ def times(*some: Expression) -> Expression:
     for factor in some:
         product = product * factor
     return product
+
+
+def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
+    """The terms that have a factor, without it, and the others."""
+    having = [times(*without(some, [part])) for some in terms if part in some]
+    return add(*having), add(*(times(*some) for some in terms if part not in some))
 
 
 class IntervalEmitter(CodeLines[Pair]):
@@ -192,7 +214,16 @@ class IntervalEmitter(CodeLines[Pair]):
         return self.apply("multiply", left, right)
 
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
+        """A quotient, also divided by a factor on both sides, which then occurs once less."""
         found = self.apply("divide", above, below)
+        for part, *sides in shared_factors(node):
+            x = self.of(part)
+            if x[0] not in self._fixed:
+                over = [
+                    self.apply("add", self.of(having), self.apply("divide", self.of(others), x))
+                    for having, others in sides
+                ]
+                found = self.apply("both", found, self.apply("divide", *over))
         if mean := log_mean(node):
             factor, *ends = map(self.of, mean)
             found = self.apply(

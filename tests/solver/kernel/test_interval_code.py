@@ -96,6 +96,15 @@ def test_as_tight_as_the_interpreted_ones(tree: Expression, x: Ends, y: Ends, k:
         assert high <= above + size
 
 
+@pytest.mark.parametrize("ends", [(1e3, 1e300), (-1e300, -1e3), (1e3, math.inf)])
+def test_what_saturates_has_its_limit(ends: Ends) -> None:
+    """x/(1 + 2x), a law of Monod or Langmuir, is next to 1/2 far out, however wide a box is."""
+    low, high = compiled(
+        Quotient(X, Sum((Number(1.0), Product(Number(2.0), X)))), ends, (0.0, 0.0), 0.0
+    )
+    assert 0.499 < low <= high < 0.501
+
+
 @pytest.mark.parametrize("factor", [-3.0, 0.0, 0.1, 1e-320])
 def test_a_known_factor_keeps_signs(factor: float) -> None:
     for low, high in ((-2.0, 3.0), (0.0, 5.0), (1e-320, 2.0), (-1e-320, 0.0)):
