@@ -29,7 +29,7 @@ from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
 from solver.kernel.candidates import Answer, BlockOutcome, Undecided
-from solver.kernel.chain import followed, slope_chain
+from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
@@ -429,7 +429,7 @@ class _RefinedBlock:
         doubles = [answer.values for answer in self.double]
         complete = self.floats.complete or self.floats.whole
         complete = complete or _are_counted(
-            self.floats.stretches, self.problem.here, (*points, *doubles, *doubles)
+            self.floats.stretches, self.problem.here, self.system, points, doubles
         )
         for point in points:
             floats = _floats(point)
@@ -467,7 +467,8 @@ def _floats(point: Mapping[str, Any]) -> dict[str, float]:
 
 # --- short stretches of a tear on which the residual is convex or concave: two roots at most ---
 #
-# If f'' does not vanish on a stretch, two roots, or a double one, once they are found, are all.
+# If f'' ≥ m > 0 on a stretch, f ≥ f(x) − f'(x)²/2m there, for any x of it. So a value and a slope,
+# in many digits, tell that there is no root; and two roots, once they are found, are all.
 
 MARGIN = 8.0
 """Widths by which a stretch is widened on both sides to look for its roots."""
@@ -476,9 +477,15 @@ MARGIN = 8.0
 def _are_counted(
     stretches: Sequence[Undecided],
     floats: Mapping[str, Value],
+    system: ManyDigits,
     roots: Sequence[Mapping[str, Any]],
+    doubles: Sequence[Mapping[str, Any]],
 ) -> bool:
-    """Whether all roots on the stretches are among ``roots``; double ones are there twice."""
+    """Whether all roots on the stretches are among ``roots`` (and the ``doubles``, which count
+    twice).
+
+    The known values are in ``system`` in many digits, and among the ``floats``.
+    """
     numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
     for stretch in stretches:
         if (slope := slope_chain(stretch.kernel.chains[stretch.place])) is None:
@@ -489,9 +496,13 @@ def _are_counted(
         ((low, high),) = enclosure.slopes_over(
             [(stretch.low, stretch.high)], list(numbers.values())
         )
-        if low <= 0.0 <= high:  # f'' may vanish
+        if not (low > 0.0 or high < 0.0):  # f'' is not proven not to vanish
             return False
-        if sum(_lies_on(stretch, root, floats) for root in roots) < 2:
+        # the value of f'' that is least in size
+        curvature = float(low) if low > 0.0 else float(high)
+        count = sum(_lies_on(stretch, root, floats) for root in roots)
+        count += 2 * sum(_lies_on(stretch, root, floats) for root in doubles)
+        if count < 2 and (count or not _excludes(stretch, slope, curvature, system)):
             return False
     return bool(stretches)
 
@@ -509,3 +520,22 @@ def _lies_on(stretch: Undecided, root: Mapping[str, Any], floats: Mapping[str, V
         return False
     names = [item.name for item in chain.assignments if item.name in root]
     return are_alike(map(values.get, names), map(root.get, names), COMMON)
+
+
+def _excludes(stretch: Undecided, slope: Chain, curvature: float, system: ManyDigits) -> bool:
+    """Whether f has no root on the stretch: tried at its middle, and at the root of f'."""
+    x = 0.5 * (stretch.low + stretch.high)
+    for _ in range(4):
+        try:
+            values = followed(slope, {**system.known, slope.tears[0]: x}, system.digits)
+        except (Undefined, OverflowError):
+            return False
+        residual = stretch.kernel.chains[stretch.place].residuals[0]
+        value, steepness = values[residual], values[slope.residuals[0]]
+        if (
+            value * curvature > 0
+            and abs(value) * 2 * abs(curvature) > 1.001 * steepness * steepness
+        ):
+            return True
+        x = min(max(x + float(-steepness / curvature), stretch.low), stretch.high)
+    return False
