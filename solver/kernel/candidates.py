@@ -21,6 +21,7 @@ from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, unc
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
 from solver.numerics.tolerances import (
+    BESIDE_ROOT,
     BLUR,
     COVERED,
     EPS,
@@ -57,9 +58,9 @@ class Answer(NamedTuple):
     counted: bool = False
 
 
-ASIDE, CORNER, STEEPER = 1e-4, 1e-2, 3.0
-"""How far from an answer its rules are tried; the share of this by which one changes that does so
-to first order; and how many times as much it then changes less than at twice the distance."""
+CORNER, STEEPER = 1e-2, 3.0
+"""The share of the distance from an answer by which a rule changes that does so to first order; and
+how many times as much it then changes less than at twice the distance."""
 
 
 class Candidates:
@@ -199,7 +200,7 @@ class Candidates:
         """Whether some rule changes to first order on either side of a point, where its slope is
         taken as 0 at a kink: the only answer beside it is that point."""
         moving = zip(point.values(), direction, strict=True)
-        step = ASIDE * min(abs(v or 1.0) / abs(d) for v, d in moving if abs(d) > MOVES)
+        step = BESIDE_ROOT * min(abs(v or 1.0) / abs(d) for v, d in moving if abs(d) > MOVES)
 
         def misses(rule: Equation, share: float) -> tuple[float, float]:
             moved = zip(point.items(), direction, strict=True)
@@ -209,7 +210,7 @@ class Candidates:
 
         def bends(rule: Equation, side: float) -> bool:
             miss, scaled = misses(rule, side)
-            return scaled > CORNER * ASIDE and misses(rule, 2.0 * side)[0] < STEEPER * miss
+            return scaled > CORNER * BESIDE_ROOT and misses(rule, 2.0 * side)[0] < STEEPER * miss
 
         rules = [
             rule

@@ -23,6 +23,7 @@ from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, No
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
+    BESIDE_ROOT,
     CANCELLED,
     CLEAR,
     DELICATE,
@@ -86,10 +87,6 @@ def _floor(turns: float) -> int:
 
 SAMPLES = (0.7310585786300049, -1.8393972058572117, 3.3219280948873626)
 """Values at which an equation that may not depend on its unknown is tried; no special points."""
-
-
-ASIDE = 1e-4
-"""How far from an answer its equation is tried, as a share of it: no special point."""
 
 
 _NEEDS = {"square": "sqrt of", "power": "a root or logarithm of"}
@@ -326,7 +323,7 @@ class StepSolver:
         crosses 0 nor ends there, as ``x^n`` of an odd or a broken n does at 0."""
         if self._slope(number)[1] != 0.0:
             return False
-        beside = ASIDE * (abs(float(number)) or 1.0)
+        beside = BESIDE_ROOT * (abs(float(number)) or 1.0)
         before, after = (self._slope(number + step)[0] for step in (-beside, beside))
         if before is None or after is None:
             return before is after

@@ -307,3 +307,7 @@ MOVED = 1e-9
 
 BESIDE = 0.25
 """The largest share of a divisor that the error bars of its variables may have."""
+
+BESIDE_ROOT = 1e-4
+"""How far from an answer its rules are tried, as a share of it: no special point, and far enough
+for what changes to first order to stand out from rounding and from second order."""
