@@ -25,7 +25,7 @@ from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
 from solver.path import SolveBlock, activity, known_rules
-from solver.path.cases import EQUAL, MEANING, Pair
+from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE
@@ -66,10 +66,8 @@ class Recording(StepRecording):
         facts = [self.leaves[place].branch.facts for place in places]
         double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
         for leaf in refused[:MAX_DEAD]:
-            if any(
-                sign != EQUAL and _equal(pair, leaf) for pair, sign in leaf.branch.signs.items()
-            ):
-                raise NotCompilable  # on the boundary of its case, where an answer may begin
+            if _begins(leaf):
+                raise NotCompilable
             with suppress(NotCompilable, KeyError):
                 self._watch(start, leaf)
         self._keep_usual()
@@ -465,8 +463,12 @@ class Recording(StepRecording):
         raise NotCompilable
 
 
-def _equal(pair: Pair, leaf: Leaf) -> bool:
-    """Whether the two sides of a comparison are equal at a leaf."""
+def _begins(leaf: Leaf) -> bool:
+    """Whether a branch without an answer lies on the boundary of its case, beside which it may have
+    one: nothing else refuses it."""
+    if leaf.conflicts or leaf.missing or leaf.branch.inactive or leaf.branch.on_boundary:
+        return False
     with suppress(KeyError, Undefined):
-        return holds(Comparison("=", *pair), leaf.branch.values)
+        pairs = (Comparison("=", *pair) for pair in leaf.branch.signs)
+        return any(holds(pair, leaf.branch.values) for pair in pairs)
     return False
