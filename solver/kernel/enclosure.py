@@ -247,7 +247,7 @@ def _followed(
         emitter.assign(item.name, (low, high))
         if item.low == -inf and item.high == inf:
             emitter.let_direct(item.name, item.expression)
-            if isinstance(item.expression, Quotient):
+            if isinstance(item.expression, Quotient) and not item.relational:
                 quotients[item.name] = item.expression
     return emitter
 
