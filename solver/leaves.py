@@ -317,7 +317,7 @@ class CutOff(TimeIsUp):
 
 def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bool:
     """Whether a case that an open leaf assumes is proven to have no values, or no value satisfies a
-    rule that leads to one of its missing values, or any rule if an equality was assumed."""
+    rule that leads to one of its missing values."""
     asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
     facts = leaf.branch.inactive.values()
     refused = [_without_value(model, fact) for fact in facts]
@@ -325,7 +325,7 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
         not asked.isdisjoint(unknowns) for _, unknowns in refused
     ):
         return True
-    missing = None if leaf.branch.on_boundary else frozenset(leaf.missing)
+    missing = frozenset(leaf.missing)
     given = leaf.branch.given(inputs)
     path = planner(model).path(given, leaf.branch.conditions, want=missing)
     leading = {equation for step in path.steps for equation in equations_of(step)}

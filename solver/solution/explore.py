@@ -589,15 +589,26 @@ class PathSearch:
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
         conflicts += unmet(self.model, values, decided)
-        lacking = (name for name in self.judged if name not in values)
-        missing = tuple(name for name in lacking if not infinite(self.model, branch, name))
+        lacking = (name for name in self._due(branch) if name not in values)
+        missing = tuple(
+            dict.fromkeys(name for name in lacking if not infinite(self.model, branch, name))
+        )
         leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
             self.contradicted.append(leaf)
-        elif (missing or branch.on_boundary) and branch.signs and self._is_open(leaf):
+        elif missing and branch.signs and self._is_open(leaf):
             self.open_cases.append(leaf)
         else:
             self.leaves.append(leaf)
+
+    def _due(self, branch: Branch) -> Sequence[str]:
+        """The names that must have values at the end of a branch: if it assumes an equality, all
+        posted ones that the inputs determine with it."""
+        if not branch.on_boundary:
+            return self.judged
+        path = self.planner.path(branch.given(self.inputs), branch.conditions)
+        free, variables = frozenset(path.undetermined), self.model.variables.items()
+        return (*self.judged, *(n for n, v in variables if v.posted and n not in free))
 
     def _is_open(self, leaf: Leaf) -> bool:
         """Whether an assumption of a leaf is not known even at its end, or led to a refusal."""

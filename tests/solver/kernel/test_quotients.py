@@ -170,3 +170,11 @@ def test_a_mean_difference_of_temperature_has_one_answer(
     result = solver.solve(rulesheets.loads(text), {n: v for n, v in given.items() if v is not None})
     assert str(result.status) == "solved" and len(result.solutions) == 1
     assert result.complete or abs(dT1 / dT2 - 1.0) < 1e-4
+
+
+def test_what_a_product_with_zero_leaves_open_divides_as_any_number() -> None:
+    """m2*m1 = 0 holds for any m2 where m1 = 0, so that a/m2 is not a*m1/0."""
+    rules = "m1 = s^2 - 4\nm2*m1 = c\np = a/m2\np + exp(s) + m1 = 9"
+    result = solver.solve(rulesheets.loads(rules), {"c": 0.0, "a": 6.0})
+    found = sorted(answer["s"] for answer in result.solutions)
+    assert found == pytest.approx([-2.0, 2.0], rel=1e-12)

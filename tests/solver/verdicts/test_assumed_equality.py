@@ -74,3 +74,23 @@ def test_a_case_is_known_to_be_that_of_its_answer(wanted: str | None) -> None:
     result = solver.solve(rulesheets.loads(TWO_CASES), {"z": 0.0}, want=want)
     assert str(result.status) == "infeasible"
     assert not result.solutions
+
+
+WITH_AUXILIARY = """
+if x = 2 then y = 3 else y = x + 1
+call f(x; w)
+if x = 2 then x = u else x = u + 1
+z = u*y
+function f(x; w)
+rules
+  k = sqrt(x - 3)
+  w = x
+"""
+
+
+@pytest.mark.parametrize("want", [None, ["x"]])
+def test_a_local_without_value_leaves_the_answers_of_all_cases(want: list[str] | None) -> None:
+    """sqrt(x - 3) has no value at any of the three, and nothing is computed from it."""
+    result = solver.solve(rulesheets.loads(WITH_AUXILIARY), {"z": 6.0}, want=want)
+    expected = [-(7.0**0.5), 2.0, 7.0**0.5]
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(expected, rel=1e-14)
