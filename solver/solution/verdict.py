@@ -239,7 +239,7 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         uncovered and any(leaf.solved and not leaf.branch.on_boundary for leaf in found.leaves)
     ):
         return _unfinished(model, underdetermined, inputs)
-    solved = _preferred(model, [leaf for leaf in found.leaves if leaf.solved])
+    solved = _preferred(asked, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(asked, near or solved)
@@ -458,12 +458,15 @@ def _conclusive(found: Exploration) -> bool:
 # --- which answer comes first -------------------------------------------------------
 
 
-def _preferred(model: Model, leaves: list[Leaf]) -> list[Leaf]:
-    """Distinct leaves; one in which an auxiliary has no value gives way to a complete one."""
+def _preferred(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
+    """Distinct leaves; one in which an auxiliary has no value gives way to a complete one, but for
+    what only an assumed equality has computed beside what is wanted."""
+    model = asked.model
     whole = [
         leaf
         for leaf in leaves
-        if not any(  # an auxiliary outside a domain (a pole is no violation: it has a limit)
+        if (asked.want is not None and leaf.branch.on_boundary)
+        or not any(  # an auxiliary outside a domain (a pole is no violation: it has a limit)
             isinstance(fact, facts.NoValue | facts.OutOfRange)
             and fact.unknown not in leaf.branch.values
             and not getattr(fact, "pole", False)
