@@ -9,7 +9,7 @@ from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
-from rulesheets.model import Value
+from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import names
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY
@@ -568,10 +568,7 @@ class PathSearch:
                 self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
                 return
         values = branch.values = self._moved_into_one_turn(branch)
-        decided = {
-            **branch.assumed,
-            **self.analysis.outcomes(range(len(self.model.conditions)), branch),
-        }
+        decided = self._decided(branch)
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)
         if len(rules) > MANY:
@@ -584,7 +581,7 @@ class PathSearch:
             if check.holds:
                 worst = max(worst, check.scaled)
             # no step has asked it
-            elif not (equation.guard and agreed(self.graph, branch, equation.index, self.inputs)):
+            elif equation.index in branch.checked or not self._agreed(branch, equation, decided):
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
@@ -600,6 +597,23 @@ class PathSearch:
             self.open_cases.append(leaf)
         else:
             self.leaves.append(leaf)
+
+    def _decided(self, branch: Branch) -> dict[int, bool]:
+        """The outcome of each condition at the values of a branch; as assumed if these leave it
+        open."""
+        every = range(len(self.model.conditions))
+        return {**branch.assumed, **self.analysis.outcomes(every, branch)}
+
+    def _agreed(self, branch: Branch, rule: Equation, decided: dict[int, bool]) -> bool:
+        """As ``agreed``, if every condition is ``decided`` as before at the other value."""
+        trial = branch.fork()
+        trial.decided = decided
+        if not agreed(self.graph, trial, rule.index, self.inputs):
+            return False
+        if same := self._decided(trial) == decided:
+            branch.values.update(trial.values)
+            branch.precise = trial.precise
+        return same
 
     def _due(self, branch: Branch) -> Sequence[str]:
         """The names that must have values at the end of a branch: if it assumes an equality, all

@@ -420,7 +420,8 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         others = {other: given for other, given in asked.inputs.items() if other != name}
         if name in planner(asked.model).path(frozenset(others), {}).undetermined:
             continue
-        free = asked._replace(inputs=others, judged=(*asked.judged, name))
+        want = asked.want and (*asked.want, name)
+        free = asked._replace(inputs=others, want=want, judged=(*asked.judged, name))
         found = explore_required(free, always=prove)
         leaves = []  # those that have the number up to a unit in its last place, with it
         for leaf in (leaf for leaf in found.leaves if leaf.solved):

@@ -69,3 +69,12 @@ def test_of_redundant_rules_the_linear_ones_are_solved() -> None:
     result = solver.solve(rulesheets.loads("x*y = z + 10\nx + y = 10\nx - y = 0"), {"z": 15.0})
     assert str(result.status) == "solved"
     assert dict(result.solutions[0]) == {"x": 5.0, "y": 5.0, "z": 15.0}
+
+
+@pytest.mark.parametrize("want", [None, ["x"]])
+def test_what_is_given_may_be_computed_though_not_wanted(want: list[str] | None) -> None:
+    """a = x^2 + 4.4 alone leaves x = 0 a double root; b does not, and gives a."""
+    model = rulesheets.loads("x^2 = a - 4.4\nb = x^2 + 2*x - 5")
+    result = solver.solve(model, {"a": 4.4, "b": -5.0}, want=want)
+    assert str(result.status) == "solved"
+    assert [found["x"] for found in result.solutions] == [0.0]

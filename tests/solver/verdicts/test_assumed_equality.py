@@ -94,3 +94,15 @@ def test_a_local_without_value_leaves_the_answers_of_all_cases(want: list[str] |
     result = solver.solve(rulesheets.loads(WITH_AUXILIARY), {"z": 6.0}, want=want)
     expected = [-(7.0**0.5), 2.0, 7.0**0.5]
     assert sorted(s["x"] for s in result.solutions) == pytest.approx(expected, rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("rules", "expected"),
+    [
+        ("if x <> 0 then x = a else x = 2*a - 1\nx >= 3", [4.0]),  # 7 is not 0
+        ("abs(x) = a\nif x > y then x = -a else x = a + 1\ny = 0*a", []),  # -4 > 0 is false
+    ],
+)
+def test_no_number_is_moved_out_of_its_case(rules: str, expected: list[float]) -> None:
+    result = solver.solve(rulesheets.loads(rules), {"a": 4.0})
+    assert [answer["x"] for answer in result.solutions] == expected
