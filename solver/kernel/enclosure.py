@@ -205,16 +205,18 @@ class Enclosure:
 
     def _slope_range_made(self) -> Code:
         assert self._slope is not None
-        emitter = _followed(self._slope, self._known, self._ranged, smooth=True)
+        of_values = len(self._chain.assignments)
+        emitter = _followed(self._slope, self._known, self._ranged, of_values)
         return emitter.function(emitter.of(Name(self._slope.residuals[0])))
 
 
 def _followed(
-    chain: Chain, known: Sequence[str], ranged: Sequence[str], smooth: bool = False
+    chain: Chain, known: Sequence[str], ranged: Sequence[str], smooth: int = 0
 ) -> IntervalEmitter:
     """The box of every name of a chain; returns nan, nan if some value must leave its domain.
 
-    ``smooth``: returns -inf, inf if some value may leave it, or may jump.
+    With slopes after the first ``smooth`` assignments: returns -inf, inf if some value may leave
+    it, or one of those first may jump. A slope may, at a kink.
     """
     emitter = IntervalEmitter(
         (*chain.tears, *ranged),
@@ -226,11 +228,11 @@ def _followed(
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     quotients = dict[str, Quotient]()
-    for item in chain.assignments:
+    for place, item in enumerate(chain.assignments):
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
             emitter.line(f"if cut({y[0]}, {y[1]}, {x[0]}, {x[1]}): {otherwise}")
-        for step in steps(stepwise(item.expression)) if smooth else ():
+        for step in steps(stepwise(item.expression)) if place < smooth else ():
             low, high = emitter.of(step)
             emitter.line(f"if {low} != {high}: {otherwise}")
         low, high = _assigned(emitter, item, quotients)
