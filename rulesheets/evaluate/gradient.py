@@ -41,6 +41,9 @@ from rulesheets.syntax.nodes import (
 T = TypeVar("T")
 
 CHOOSING = frozenset({"min", "max"})
+TIED = 128.0
+"""How many times the rounding of tied arguments counts: more than a check of rules admits of them,
+for the slope may be that of the wrong one."""
 SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
 BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
@@ -239,21 +242,21 @@ class TracedFloats(Traced[float]):
             raise Undefined("overflow", (result,), node)
         elif isinstance(node, Call):
             row = TABLE[node.function]
-            if node.function in CHOOSING and _tied(parts):
-                return math.inf
             first = abs(parts[0].value) if parts else 0.0
             above = math.inf if row.direction else SMALLEST
             exact = not (row.nonzero or 0.0 < first < above)
             size *= row.ulps
+            if node.function in CHOOSING and (tied := _tied(parts)):
+                return size + TIED * tied
         else:
             exact = parts[0].value == 0.0
         return size if size >= SMALLEST or (exact and size == 0.0) else math.inf
 
 
-def _tied(parts: Sequence[Part[float]]) -> bool:
-    """Whether rounding decides which argument is the least or greatest (``max(x, pi)``)."""
+def _tied(parts: Sequence[Part[float]]) -> float:
+    """The rounding that decides which argument is the least or greatest (``max(x, pi)``), or 0."""
     pairs = ((one, other) for one, other in combinations(parts, 2) if one.value == other.value)
-    return any(one.rounded or other.rounded for one, other in pairs)
+    return sum(one.rounded + other.rounded for one, other in pairs)
 
 
 class NotDifferentiable(ValueError):
