@@ -57,7 +57,7 @@ NUDGE = 2.0**-20
 """Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
 """A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a
-larger."""
+larger; moved as far the other way, it grows to less than the inverse of that, or to more."""
 
 
 def explore_precisely(asked: Asked, floats: Exploration) -> Exploration | None:
@@ -266,7 +266,7 @@ class _PreciseSearch(PathSearch):
         """Whether a number is an inverse power of its argument, and so goes through a pole, not
         through 0.
 
-        The known numbers are moved to where the tangent is 0.
+        The known numbers are moved to where the tangent is 0, and as far the other way.
         """
         number, row = branch.values[name], sides(rule, branch.values).slopes
         if isinstance(number, str) or not 0.0 < abs(number) <= moved.get(name, 0.0) < math.inf:
@@ -274,13 +274,23 @@ class _PreciseSearch(PathSearch):
         if self.graph.turn(name) is not None:
             return False  # an angle that moves by whole turns passes no pole
         reach = sum(abs(row[n]) * moved.get(n, 0.0) for n in row if n != name)
-        share, known = row[name] * number / reach, dict(_known(branch))
-        for n, slope in row.items():
-            if n != name and slope and moved.get(n):
-                off = math.copysign(share * moved[n], share * slope)
-                known[n] = context(self.digits).mpf(known[n]) + off
-        root = ManyDigits([rule], (name,), known, self.digits, self.work).newton([number])
-        return root is not None and bool(root[0] / number > INVERSE)
+
+        def share_left(share: float) -> float | None:
+            known = dict(_known(branch))
+            for n, slope in row.items():
+                if n != name and slope and moved.get(n):
+                    off = math.copysign(share * moved[n], share * slope)
+                    known[n] = context(self.digits).mpf(known[n]) + off
+            root = ManyDigits([rule], (name,), known, self.digits, self.work).newton([number])
+            return None if root is None else float(root[0] / number)
+
+        there = share_left(row[name] * number / reach)
+        if there is None or there <= INVERSE:
+            return False
+        with suppress(Undefined, ZeroDivisionError):
+            back = share_left(-row[name] * number / reach)
+            return back is None or not 0.0 < back < 1.0 / INVERSE  # else it is a kink
+        return True
 
 
 def _exact_turn(turn: float, mp: Any) -> Any:
