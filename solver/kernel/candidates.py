@@ -318,7 +318,7 @@ class Candidates:
 
     def _is_known(self, root: Mapping[str, float]) -> bool:
         beside = self.problem.beside
-        return any(self._covers(answer, beside(root, answer.values)) for answer in self.answers)
+        return any(self.covers(answer, beside(root, answer.values)) for answer in self.answers)
 
     def separate(self, roots: Sequence[Mapping[str, float]]) -> None:
         """Record which of these roots, proven to be different, rounding has merged with another:
@@ -328,7 +328,7 @@ class Candidates:
             covering = [
                 (max(abs(v - answer.values[name]) for name, v in root.items()), place)
                 for place, answer in enumerate(self.answers)
-                if self._covers(answer, root)
+                if self.covers(answer, root)
             ]
             if covering:
                 _, nearest = min(covering)
@@ -336,7 +336,7 @@ class Candidates:
                     self.unresolved.append(dict(root))
                 taken.add(nearest)
 
-    def _covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
+    def covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
         """Whether an answer equals that root, up to rounding."""
         if self._near(root, answer.values, COVERED):
             return True

@@ -27,7 +27,7 @@ from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
 from solver.numerics.starts import GAUSS_NEWTON, NEWTON, Iteration, arrivals, spread
-from solver.numerics.tolerances import FREE, MOVED, SAME_END, SMALL
+from solver.numerics.tolerances import EPS, FREE, MOVED, SAME_END, SMALL
 
 # --- box by box ---
 
@@ -261,9 +261,10 @@ class _FreeCurve:
         range."""
         problem = self.problem
         for _ in range(CORRECTIONS):
-            point = problem.named(x.tolist())
-            if problem.holds(point):
-                return x if problem.outside(point) is None else None
+            for trial in (x, np.where(abs(x) <= EPS * self.scale, 0.0, x)):
+                point = problem.named(trial.tolist())
+                if problem.holds(point):
+                    return trial if problem.outside(point) is None else None
             matrix, weight, rows = self._scaled(x)
             miss = np.array(problem.residual(x.tolist())) / rows
             x = x - weight * np.linalg.lstsq(matrix, miss, rcond=FREE)[0]
@@ -363,14 +364,14 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free:
         return outcome
-    looked_at = [
-        (answer, free_curve(problem, answer.values)) for answer in suspects[:MOST_SUSPECTS]
-    ]
-    curves = [curve for _, curve in looked_at if curve is not None]
+    looked_at = [free_curve(problem, answer.values) for answer in suspects[:MOST_SUSPECTS]]
+    curves = [curve for curve in looked_at if curve is not None]
     if not curves:
         return outcome
-    alone = [answer for answer, curve in looked_at if curve is None]
-    others = tuple(a for a in outcome.answers if not a.double or any(a is one for one in alone))
+    suspects += [answer for answer in outcome.answers if not answer.double]
+    first, further = suspects[:MOST_SUSPECTS], suspects[MOST_SUSPECTS:]
+    alone = [answer for answer in first if free_curve(problem, answer.values) is None]
+    others = tuple(a for a in outcome.answers if any(a is one for one in (*alone, *further)))
     if others:
         facts = (*outcome.facts, beside(curves[0]))
         if len(problem.unknowns) <= MOST_BESIDE and problem.kernel.smooth:

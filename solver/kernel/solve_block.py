@@ -308,7 +308,12 @@ class _Methods:
             self.stretches = () if self.whole or settleable is None else tuple(settleable.stretches)
         self.complete = self.whole and not candidates.unresolved
         candidates.tried(method, self.complete)
-        return None if candidates.answers else every[0].flat_stretch()
+        curve = every[0].flat_stretch()
+        if curve is None or not candidates.answers:
+            return curve
+        from solver.kernel.full_search import beside
+
+        return self._outcome()._replace(complete=False, facts=(beside(curve),))
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates
@@ -316,7 +321,8 @@ class _Methods:
 
         search_from_starts(problem, candidates)
         many = len(self.kernel.block.tears) > FEW_TEARS
-        if many or all(problem.negatives(answer.values) for answer in candidates.answers):
+        positive = any(not problem.negatives(answer.values) for answer in candidates.answers)
+        if many or not (positive or self.budget.brief):
             self._sparsely(every=many)
         candidates.tried(Method.STARTS)
         if self.torn_once and not candidates.answers and not self.kernel.exhaustive:

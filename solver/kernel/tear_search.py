@@ -25,12 +25,18 @@ from rulesheets.syntax.program import walk
 from solver.accuracy.rule_in_digits import absorbs
 from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import MOST_REPEATED, BlockOutcome, Candidates, Undecided
+from solver.kernel.candidates import (
+    MOST_REPEATED,
+    Answer,
+    BlockOutcome,
+    Candidates,
+    Undecided,
+)
 from solver.kernel.chain import Chain, followed
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY, SPARE
+from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, EPS, NOTHING, ROUGHLY, SPARE
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -197,12 +203,15 @@ class TearSearch:
             candidates.proven(root)
         if search.complete:
             candidates.separate(proven)
-        for x in search.touching:
-            self._candidate(place, x)
+        short = map(_short, search.unresolved[:MAX_SUSPECTS])
+        for x in (*search.touching, *short):
+            if not self._is_absorbed(place, x):
+                self._candidate(place, x)
         doubtful = (*search.touching, *(0.5 * (a + b) for a, b in search.unresolved))
         sole = candidates.sensible is None and not self.brief
         for x in doubtful[: MAX_SUSPECTS if sole else 0]:
-            if (point := self._along(place, x)) is not None:
+            point = self._along(place, x)
+            if point is not None and not self._is_absorbed(place, x):
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
         return search.complete and (smooth or not search.roots)
@@ -330,7 +339,7 @@ class TearSearch:
 
     def flat_stretch(self) -> BlockOutcome | None:
         """After the search: an interval of the tear on which every point is an answer (``int(x) =
-        3``)."""
+        3``). Answers found on it are no longer listed."""
         for place, low, high in self.flat:
             # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root,
             # where one that leaves a plateau jumps or bends
@@ -343,8 +352,19 @@ class TearSearch:
                 known = dict(zip(self.kernel.known, self.problem.known, strict=True))
                 tears = first[self.tear], second[self.tear]
                 if not tends_to_zero(self.kernel.chains[place], tears, known):
+                    answers = self.candidates.answers
+                    answers[:] = [one for one in answers if not self._joins(place, low, high, one)]
                     return self._free(first, second)
         return None
+
+    def _joins(self, place: int, low: float, high: float, answer: Answer) -> bool:
+        """Whether a chain leads through answers from an interval to this answer."""
+        end = answer.values[self.tear]
+        start, there = min(max(end, low), high), self._along(place, end)
+        if there is None or not self.candidates.covers(answer, there):
+            return False
+        between = [self._along(place, start + share * (end - start)) for share in SHARES]
+        return all(there is not None and self.problem.holds(there) for there in between)
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
         """Whether the block really holds at all these points of a chain."""
@@ -381,6 +401,12 @@ class TearSearch:
         except (ArithmeticError, ValueError):
             return None
         return dict(zip(self.problem.unknowns, numbers, strict=False))
+
+    def _is_absorbed(self, place: int, x: float) -> bool:
+        """Whether the residual is 0 only because floats as large as x absorb its other terms."""
+        known = dict(zip(self.kernel.known, self.problem.known, strict=True))
+        far = abs(x) * EPS > self._size
+        return far and not vanishes(self.kernel.chains[place], x, known)
 
     def _candidate(self, place: int, root: float) -> None:
         point = self._along(place, root)

@@ -273,9 +273,15 @@ def is_zero_crossing(function: ScalarFunction, root: float, low: float, high: fl
 
 
 def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
-    """The point of least |f| among the ends, the middle, and 0."""
+    """The point of least |f| among the ends, the middle, 0, and the last point at which f is
+    defined if it is so at one end only."""
     middle = low + (high - low) / 2
     candidates = [low, middle, high, *([0.0] if low <= 0.0 <= high else [])]
     sizes = {x: abs(value_at(function, x)) for x in candidates}
     known = [x for x in candidates if not math.isnan(sizes[x])] or candidates
+    if math.isnan(sizes[low]) is not math.isnan(sizes[high]):
+        inside, outside = (high, low) if math.isnan(sizes[low]) else (low, high)
+        while (x := inside + (outside - inside) / 2) not in (inside, outside):
+            inside, outside = (inside, x) if math.isnan(value_at(function, x)) else (x, outside)
+        known, sizes[inside] = [*known, inside], abs(value_at(function, inside))
     return min(known, key=lambda x: (sizes[x], x != 0.0, abs(x - middle)))
