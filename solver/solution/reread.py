@@ -587,6 +587,8 @@ def judged_again(
         if verdict.status is Status.FAILED and found.contradicted:
             verdict = contradicted_otherwise(asked, found) or verdict
         refused = verdict.status in (Status.FAILED, Status.INFEASIBLE)
-        if refused and (fixed := fixed_otherwise(asked, verdict.facts)):
+        # 0 whatever the unknown is: but where another factor is 0, it may have any value
+        proven = verdict.status is Status.INFEASIBLE
+        if refused and (fixed := fixed_otherwise(asked, verdict.facts)) and (proven or fixed.value):
             verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,))
     return verdict, found, by
