@@ -44,6 +44,7 @@ from solver.path.cases import (
     assumed_outcome,
     cases_of,
     comparisons,
+    compatible,
     outcome,
     possible,
     value_of_equality,
@@ -454,6 +455,28 @@ class CaseAnalysis:
                 if math.isfinite(limit):
                     signs.append(((nodes.Name(name), nodes.Number(limit)), sign))
         return not possible(signs, branch.values)
+
+    def fits(self, branch: Branch) -> bool:
+        """Whether some case agrees with the rules of cases that read only known values: one that
+        does not hold excludes its case."""
+        decided, values = branch.conditions, branch.values
+        refuted = [
+            rule
+            for rule in self.model.equations
+            if rule.guard and activity(rule, decided) is None and values.keys() >= {*rule.names}
+            if not ((check := check_rule(rule, values)).holds or check.delicate)
+        ]
+        before = -1
+        while before < len(decided):
+            before = len(decided)
+            for rule in refuted:
+                open_ = [premise for premise in rule.guard if premise.condition not in decided]
+                if activity(rule, decided):
+                    return False
+                if len(open_) == 1 and activity(rule, decided) is None:
+                    decided[open_[0].condition] = not open_[0].holds
+        conditions = self.model.conditions
+        return not refuted or compatible(((conditions[i], o) for i, o in decided.items()), values)
 
     def independent_assumptions(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
         """The assumed comparisons of a branch, without those that follow from the others."""

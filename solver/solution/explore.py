@@ -593,6 +593,8 @@ class PathSearch:
         leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
             self.contradicted.append(leaf)
+        elif missing and not self.analysis.fits(branch):
+            self.outside_case.append(leaf)
         elif missing and branch.signs and self._is_open(leaf):
             self.open_cases.append(leaf)
         else:
