@@ -291,9 +291,12 @@ def bounds(
         positive = given == own and given > 0.0 and turn(name) is None
         narrow = asked._replace(want=judged, judged=judged)
         trials = _Trials(narrow, name, patience, positive=positive)
-        bound = _bound(trials, given)
+        bound = _bound(trials, given, (-1, 1))
         if bound is not None and not patience.lost:
             found.append(bound)
+            side = 1 if bound.relation in ("<", "≤") else -1
+            beyond = None if bound.relation == "≠" else _bound(trials, given, (side,))
+            found += [] if beyond is None else [beyond]  # of a gap
     return tuple(found)
 
 
@@ -354,15 +357,15 @@ class _Trials:
         return leaf is not None
 
 
-def _bound(trials: _Trials, given: float) -> Bound | None:
-    """A tested bound from the edge of the feasible values: whether it belongs to them, rounded to
-    one that does.
+def _bound(trials: _Trials, given: float, sides: Sequence[int]) -> Bound | None:
+    """A tested bound from the edge of the feasible values on one of these sides: whether it belongs
+    to them, rounded to one that does.
 
     None if there is none, or if a value on the far side of it is feasible, too: then it is not an
     edge.
     """
     name, feasible = trials.name, trials.anywhere
-    size, edge = abs(given) or 1.0, _edge(trials, given)
+    size, edge = abs(given) or 1.0, _edge(trials, given, sides=sides)
     if edge is None:
         return None
     inward = 1.0 if edge > given else -1.0
@@ -414,12 +417,15 @@ def rounded(value: float, digits: int = 6) -> float:
     return float(f"{value:.{digits}g}")
 
 
-def _edge(trials: _Trials, given: float, close: float = CLOSELY) -> float | None:
-    """The feasible value nearest to the given one along the line, found by a short search: of the
-    same sign, if there is one."""
+def _edge(
+    trials: _Trials, given: float, close: float = CLOSELY, sides: Sequence[int] = (-1, 1)
+) -> float | None:
+    """The feasible value nearest to the given one along the line, on one of these sides, found by a
+    short search: of the same sign, if there is one."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 0.999, 1.0, 2.5, 5.0)
-    values = [given + sign * share * size for share in shares for sign in (-1, 1)]
+    tried = shares if len(sides) > 1 else shares[1::2]
+    values = [given + sign * share * size for share in tried for sign in sides]
     values.sort(key=lambda value: value * given < 0.0)
     inside, outside = next(filter(trials.beside, values), None), given
     if inside is None:
