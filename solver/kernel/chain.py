@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.digits import extended
-from rulesheets.evaluate.gradient import signed_root
+from rulesheets.evaluate.gradient import CHOOSING, signed_root
 from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Variable
@@ -281,6 +281,13 @@ def stepwise(expression: Expression) -> Expression:
         if row.definition is not None and set(row.partials(inside)) != {ZERO}:
             return stepwise(exchange(expression, part, row.definition(*inside)))
     return expression
+
+
+def chosen(expression: Expression) -> Iterator[Expression]:
+    """What functions choose among, whose slope may be that of another argument at a pole of one."""
+    for part in walk(expression):
+        if isinstance(part, Call) and part.function in CHOOSING:
+            yield from part.arguments
 
 
 def directions(expression: Expression) -> Iterator[Call]:

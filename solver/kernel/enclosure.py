@@ -16,6 +16,7 @@ from rulesheets.syntax.nodes import Name, Number, Quotient
 from solver.kernel.chain import (
     Assignment,
     Chain,
+    chosen,
     cleared,
     directions,
     reciprocal,
@@ -216,7 +217,8 @@ def _followed(
     """The box of every name of a chain; returns nan, nan if some value must leave its domain.
 
     With slopes after the first ``smooth`` assignments: returns -inf, inf if some value may leave
-    it, or one of those first may jump. A slope may, at a kink.
+    it, or one of those first may jump, or have a pole that a choice hides. A slope may jump, at a
+    kink.
     """
     emitter = IntervalEmitter(
         (*chain.tears, *ranged),
@@ -235,6 +237,9 @@ def _followed(
         for step in steps(stepwise(item.expression)) if place < smooth else ():
             low, high = emitter.of(step)
             emitter.line(f"if {low} != {high}: {otherwise}")
+        for side in chosen(item.expression) if place < smooth else ():
+            low, high = emitter.of(side)
+            emitter.line(f"if not -inf < {low} <= {high} < inf: {otherwise}")
         low, high = _assigned(emitter, item, quotients)
         if item.side:
             low, high = emitter.apply("beside_jump", (low, high), more=f", {item.side}")

@@ -424,8 +424,9 @@ def _edge(
     short search: of the same sign, if there is one."""
     size = abs(given) or 1.0
     shares = (0.02, 0.1, 0.3, 0.6, 0.999, 1.0, 2.5, 5.0)
-    tried = shares if len(sides) > 1 else shares[1::2]
+    tried = shares if len(sides) > 1 else (0.1, 0.6, 2.5)
     values = [given + sign * share * size for share in tried for sign in sides]
+    values = [value for value in values if len(sides) > 1 or value * given > 0.0]
     values.sort(key=lambda value: value * given < 0.0)
     inside, outside = next(filter(trials.beside, values), None), given
     if inside is None:
