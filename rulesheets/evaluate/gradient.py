@@ -256,7 +256,7 @@ class TracedFloats(Traced[float]):
 def _tied(parts: Sequence[Part[float]]) -> float:
     """The rounding that decides which argument is the least or greatest (``max(x, pi)``), or 0."""
     pairs = ((one, other) for one, other in combinations(parts, 2) if one.value == other.value)
-    return sum(one.rounded + other.rounded for one, other in pairs)
+    return float(sum(one.rounded + other.rounded for one, other in pairs))
 
 
 class NotDifferentiable(ValueError):

@@ -147,3 +147,25 @@ P = 9.81*Q*H/0.72"""
         answer["nu"] == pytest.approx(V * D / 2300, rel=1e-6) for answer in result.solutions
     )
     assert listed or not result.complete
+
+
+STEPS = "if s < 10000 then r = 0.02 else if s < 25000 then r = 0.03 else r = 0.05\npay = s*r"
+
+
+@pytest.mark.parametrize("given", [{"r": 0.025}, {"r": 0.0}])
+def test_a_value_that_no_case_gives_is_infeasible(given: dict[str, float]) -> None:
+    assert str(solver.solve(rulesheets.loads(STEPS), given).status) == "infeasible"
+
+
+def test_a_value_of_a_case_leaves_what_it_compares_open() -> None:
+    assert str(solver.solve(rulesheets.loads(STEPS), {"r": 0.03}).status) == "partial"
+    plan = solver.prepare(rulesheets.loads(STEPS), ["r"], ["s"])
+    for r, status in ((0.025, "infeasible"), (0.03, "partial"), (0.04, "infeasible")):
+        with pytest.raises(solver.Unsolved) as refused:
+            plan(r)
+        assert str(refused.value.status) == status
+
+
+def test_both_ends_of_a_gap_between_cases_are_told() -> None:
+    result = solver.solve(rulesheets.loads(STEPS), {"pay": 250.0})
+    assert result.diagnoses[0].notes[-1].endswith("a solution needs pay < 200 or pay ≥ 300")

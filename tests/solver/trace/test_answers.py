@@ -294,3 +294,10 @@ def test_a_case_without_an_answer_at_the_first_row_is_watched() -> None:
         assert sorted(re for (re,) in plan.all(f)) == pytest.approx(sorted(numbers))
         assert plan(f) == plan.all(f)[0]
         assert plan(f)[0] == pytest.approx(solver.solve(model, {"f": f})["Re"])
+
+
+def test_a_root_that_comes_from_a_pole_is_not_missed() -> None:
+    """Below 60 a torque has one speed; above, a second one, from standstill on."""
+    plan = solver.prepare(rulesheets.loads("T = min(120, 18000/w, 60 + w/2)"), ["T"], ["w"])
+    for torque, count in ((6.0, 1), (45.0, 1), (63.0, 2), (75.0, 2), (50.0, 1)):
+        assert len(plan.all(torque)) == count
