@@ -27,6 +27,7 @@ from solver.facts import (
     NoRoot,
     NoValue,
     OutOfRange,
+    Truncated,
     Unmet,
 )
 from solver.numerics.linear_algebra import are_alike
@@ -154,6 +155,11 @@ class Branch:
     def on_boundary(self) -> bool:
         """Whether an equality between unknowns was assumed on the way."""
         return EQUAL in self.signs.values()
+
+    @property
+    def cut(self) -> bool:
+        """Whether it was abandoned before its end."""
+        return any(isinstance(fact, Truncated) for fact in self.facts)
 
     @property
     def reasons(self) -> tuple[Fact, ...]:
@@ -436,6 +442,11 @@ class CaseAnalysis:
             return None
         except Undefined:
             return False
+
+    def case_of(self, pair: Pair, branch: Branch) -> Sign | None:
+        """The case of a pair in which the values of a branch lie; None if they do not decide it."""
+        comparisons = ((sign, nodes.Comparison(MEANING[sign], *pair)) for sign in self.cases(pair))
+        return next((sign for sign, atom in comparisons if self._settle(atom, branch)), None)
 
     def contradicted(self, branch: Branch) -> bool:
         """Whether a comparison has another outcome than assumed, or the assumptions are

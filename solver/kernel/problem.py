@@ -102,6 +102,9 @@ Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
 """The error of each known number, computed on demand."""
 
+Fits: TypeAlias = Callable[[Mapping[str, float]], bool]
+"""Whether an answer of a block lies in the case that was assumed."""
+
 
 class BlockProblem:
     """The problem of a block. Points are lists of numbers in the order of ``unknowns``."""
@@ -112,8 +115,10 @@ class BlockProblem:
         values: Mapping[str, Value],
         guesses: Mapping[str, float],
         budget: Budget | None = None,
+        fits: Fits | None = None,
     ) -> None:
         self.kernel, self.values, self.guesses = kernel, values, guesses
+        self.fits = fits or (lambda point: True)
         self.budget = budget or Budget()
         self.here = {name: values[name] for name in kernel.known}
         self.unknowns = kernel.unknowns
@@ -252,13 +257,13 @@ class BlockProblem:
         return sum(v < 0.0 and self.turn(name) is None for name, v in point.items())
 
     def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
-        """Sort key: nearest to the guesses; then fewest negative numbers other than angles; then
-        angles by size, other numbers positive first."""
+        """Sort key: in the case that was assumed; nearest to the guesses; then fewest negative
+        numbers other than angles; then angles by size, other numbers positive first."""
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
         number = point[first]
         behind = float(number < 0)
         by_size = (abs(number), behind) if self.turn(first) else (behind, abs(number))
-        return (self._distance(point), self.negatives(point), *by_size)
+        return not self.fits(point), self._distance(point), self.negatives(point), *by_size
 
 
 # --- how far rounding leaves a point open ---

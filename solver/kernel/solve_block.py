@@ -27,7 +27,7 @@ from solver.kernel.candidates import (
     Undecided,
 )
 from solver.kernel.closed_form import FLOATS, Unclear, candidates
-from solver.kernel.problem import BlockProblem, Budget, InputErrors
+from solver.kernel.problem import BlockProblem, Budget, Fits, InputErrors
 from solver.path import ClosedForm
 
 if TYPE_CHECKING:
@@ -120,16 +120,17 @@ def solve_block(
     values: Mapping[str, Value],
     guesses: Mapping[str, float],
     budget: Budget,
-    assumed: bool,
     off: InputErrors,
+    fits: Fits | None,
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget``
     begun for it.
 
-    ``off``: the errors of these values, by name. ``assumed``: the block belongs to a case that may
-    well have no answer, so last resorts are left out.
+    ``off``: the errors of these values, by name. ``fits``: whether an answer lies in the case that
+    was assumed. Such a case may well have none, so last resorts are left out.
     """
-    problem = BlockProblem(kernel, values, guesses, budget)
+    assumed = fits is not None
+    problem = BlockProblem(kernel, values, guesses, budget, fits)
     if problem.symbolic:
         block = kernel.block
         return BlockOutcome(complete=True, facts=(NoRoot(block.equations, block.unknowns, True),))
@@ -180,7 +181,8 @@ class _Methods:
             if method is Method.STARTS and (refuted := self._refuted()) is not None:
                 return refuted
             settled = self._tried(method)
-            if method is Method.SPARSE and candidates.answers and not budget.thorough:
+            first = candidates.answers[0].values if candidates.answers else None
+            if method is Method.SPARSE and first and problem.fits(first) and not budget.thorough:
                 if is_large(self.kernel):
                     return self._outcome()
                 candidates.sensible = None if budget.every else candidates.answers[0]
@@ -321,7 +323,8 @@ class _Methods:
 
         search_from_starts(problem, candidates)
         many = len(self.kernel.block.tears) > FEW_TEARS
-        positive = any(not problem.negatives(answer.values) for answer in candidates.answers)
+        values = [one.values for one in candidates.answers if problem.fits(one.values)]
+        positive = any(not problem.negatives(one) for one in values)
         if many or not (positive or self.budget.brief):
             self._sparsely(every=many)
         candidates.tried(Method.STARTS)

@@ -10,7 +10,7 @@ W. Nagel, *SPICE2*, 1975).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from copy import copy
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
@@ -77,7 +77,8 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
     free = {
         v.name for v in problem.variables if v.low == -math.inf and problem.turn(v.name) is None
     }
-    for start in _sparse_starts(problem):
+    sought = problem.guesses or candidates.nearest[0]
+    for start in _sparse_starts(problem, sought):
         if candidates.answers and not (start.positive or every):
             continue
         root = _arrived(problem, start)
@@ -90,9 +91,10 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
             candidates.keep(polished, alone=root.alone)
         else:
             candidates.note(point)
-        signs = [_least(problem, answer, free) for answer in candidates.answers]
+        fitting = [answer for answer in candidates.answers if problem.fits(answer.values)]
+        signs = [_least(problem, answer, free) for answer in fitting]
         if signs and not every and (problem.guesses or max(signs) >= 0.0):
-            candidates.answers.insert(0, candidates.answers.pop(signs.index(max(signs))))
+            candidates.answers.sort(key=fitting[signs.index(max(signs))].__ne__)
             return
 
 
@@ -171,16 +173,16 @@ class Start(NamedTuple):
     lifting: Lifting | None = None
 
 
-def _sparse_starts(problem: BlockProblem) -> Iterator[Start]:
+def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Iterator[Start]:
     """Points to start from in turn, with options.
 
-    The guesses if there are any, else 0, from which the first step solves the linearised rules,
-    with tangents for exponentials if needed; positive numbers of the sizes that balance the rules;
-    and 1. Unknowns that a rule gives explicitly start at its value, and in the last starts they
-    also follow it after each step: then auxiliary unknowns, such as friction factors, do not hold
-    back the others.
+    The guesses (or the nearest miss so far) if there are any, else 0, from which the first step
+    solves the linearised rules, with tangents for exponentials if needed; positive numbers of the
+    sizes that balance the rules; and 1. Unknowns that a rule gives explicitly start at its value,
+    and in the last starts they also follow it after each step: then auxiliary unknowns, such as
+    friction factors, do not hold back the others.
     """
-    names, guesses, system = problem.unknowns, problem.guesses, problem.kernel.sparse
+    names, system = problem.unknowns, problem.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
 
     def explicit(x: Array) -> Array:

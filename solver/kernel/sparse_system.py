@@ -18,6 +18,8 @@ from rulesheets.syntax.nodes import (
     ZERO,
     Expression,
     Name,
+    Product,
+    Quotient,
     names,
     subtract,
 )
@@ -93,17 +95,19 @@ class SparseSystem:
         across = [shape.places.T.tolist() for shape in giving]
         rules: dict[int, tuple[int, int, int]] = {}
         members = (
-            (place, j, m) for j, s in enumerate(giving) for m, place in enumerate(s.rows.tolist())
+            (s.of_factors, place, j, m)
+            for j, s in enumerate(giving)
+            for m, place in enumerate(s.rows.tolist())
         )
-        for _, j, member in sorted(members):
-            for side, k in giving[j].explicit.items():
+        for _, _, j, member in sorted(members):
+            for k in giving[j].explicit:
                 if (target := across[j][member][k]) < self.n and target not in rules:
-                    rules[target] = j, side, member
+                    rules[target] = j, k, member
                     break
-        read = [{side: _read(shape.sides[1 - side]) for side in shape.explicit} for shape in giving]
+        read = [{k: _read(form) for k, form in shape.explicit.items()} for shape in giving]
         needed = {
-            target: [i for k in read[j][side] if (i := across[j][member][k]) in rules]
-            for target, (j, side, member) in rules.items()
+            target: [i for k in read[j][mine] if (i := across[j][member][k]) in rules]
+            for target, (j, mine, member) in rules.items()
         }
         found, order = [], TopologicalSorter(needed)
         try:
@@ -114,11 +118,11 @@ class SparseSystem:
             groups: dict[tuple[int, int], list[int]] = {}
             for target in (ready := order.get_ready()):
                 groups.setdefault(rules[target][:2], []).append(target)
-            for (j, side), targets in groups.items():
+            for (j, k), targets in groups.items():
                 shape, mine = giving[j], [rules[target][2] for target in targets]
                 owners = np.array(targets, dtype=np.intp)
-                other = shape.compiled([shape.sides[1 - side]])
-                found.append((other, owners, shape.places[:, mine], shape.numbers[:, mine]))
+                value = shape.compiled([shape.explicit[k]])
+                found.append((value, owners, shape.places[:, mine], shape.numbers[:, mine]))
             order.done(*ready)
         return found
 
@@ -144,16 +148,22 @@ class SparseSystem:
 
 class _Arrays:
     """A family as one function of arrays; ``places`` (k, m) of its names among unknowns and known
-    ones. ``explicit`` are its sides that are a single name (0: the left one), with the place of
-    that name."""
+    ones. ``explicit``: what it gives for the name at a place, where a side is a single name, or
+    (``of_factors``) the product of two where the other side is a number: ``f*Re = 64``."""
 
     def __init__(self, family: Family, places: NDArray[np.intp], n: int) -> None:
         self.rows, self.places, self.numbers = family.places, places, family.numbers
         shape, _ = shape_of(family.first)
-        self.sides = shape.left, shape.right
-        self.form = subtract(*self.sides)
-        alone = {k: _read(side) for k, side in enumerate(self.sides) if isinstance(side, Name)}
-        self.explicit = {k: read[0] for k, read in alone.items() if read}
+        self.form = subtract(shape.left, shape.right)
+        self.explicit, self.of_factors = dict[int, Expression](), False
+        for side, other in ((shape.left, shape.right), (shape.right, shape.left)):
+            match side:
+                case Name():
+                    self.explicit |= dict.fromkeys(_read(side), other)
+                case Product(Name() as one, Name() as two) if one != two and not _read(other):
+                    self.explicit |= {k: Quotient(other, two) for k in _read(one)}
+                    self.explicit |= {k: Quotient(other, one) for k in _read(two)}
+                    self.of_factors = True
         self.compile(n)
 
     def compile(self, n: int) -> None:

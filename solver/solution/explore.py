@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from copy import copy
+from dataclasses import replace
 from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
@@ -28,7 +31,7 @@ from solver.facts import (
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.problem import PLAN, STEP, Budget
-from solver.kernel.solve_block import SEARCHES, solve_block, solve_sparsely
+from solver.kernel.solve_block import MAX_SEARCHED, SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import (
     Asked,
@@ -60,7 +63,7 @@ from solver.path import (
     given_by,
     known_rules,
 )
-from solver.path.cases import EQUAL
+from solver.path.cases import EQUAL, Pair, Sign
 from solver.path.graph import Kind, continued, kind_of, unknowns_by_kind
 from solver.path.planner import planner
 from solver.solution.adjust import agreed, onto_boundary
@@ -73,7 +76,9 @@ list."""
 MAX_SEARCHES = 150
 """Searches of nonlinear blocks at other values, after the first search of each block."""
 MAX_ASSUMPTIONS = 16
-MAX_CASES = 100
+MAX_CASES, FEW_CASES, MAX_SETTLING = 100, 8, 30
+"""Cases that are searched; up to which it does not matter which comes first; and the most that are
+tried to find the first."""
 GRACE = 1.0
 """Seconds to gather what was found when the time is up."""
 
@@ -126,6 +131,8 @@ class PathSearch:
         self.outcomes: Outcomes = {}
         self._searched: set[SolveBlock] = set()
         self._sought = Counter[Kind]()  # blocks that were searched, by their kinds
+        self.expected: Mapping[Pair, Sign] | None = None
+        self._settling = False  # whether only the expected case of each comparison is followed
         self.first_path: Sequence[Step] | None = None
         self.forked = 1
         self._begin()
@@ -227,7 +234,7 @@ class PathSearch:
         """Whether the cases after the first so many open ones leave an uncontradicted continuum:
         answers of other cases do not make this solved, and equality is only its boundary."""
         return any(
-            not blocked(self.model, leaf) and not leaf.branch.on_boundary
+            not (blocked(self.model, leaf) or leaf.branch.on_boundary or leaf.branch.cut)
             for leaf in self.open_cases[count:]
         )
 
@@ -484,6 +491,7 @@ class PathSearch:
         """The outcome of a block, which is searched at most once for the same known numbers, or for
         those ``before``."""
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
+        fits = partial(self._fits, branch) if assumed else None
         key = step, before or tuple(values[name] for name in kernel.known)
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self._searched)
@@ -493,12 +501,16 @@ class PathSearch:
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
             self.outcomes[key] = solve_block(
-                kernel, values, self.guesses, self.budget, assumed, partial(self._off, branch)
+                kernel, values, self.guesses, self.budget, partial(self._off, branch), fits
             )
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[kind_of(self.model, step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
+
+    def _fits(self, branch: Branch, found: Mapping[str, float]) -> bool:
+        """Whether values of a block lie in the case that its branch assumes."""
+        return not self.analysis.contradicted(replace(branch, values={**branch.values, **found}))
 
     def _off(self, branch: Branch) -> Mapping[str, float]:
         """The error of each number of a branch."""
@@ -535,17 +547,84 @@ class PathSearch:
             self._truncate(branch, "cases")
             self._finish(branch)
             return False
+        if self.expected is None and not branch.signs:
+            self.expected = self._settled(branch, step)
         before = len(self.open_cases)
-        for sign in self.analysis.cases(pair):
+        for sign in self._as_expected(pair):
             if sign == EQUAL and self._underdetermined_since(before):
                 self.complete = False
                 continue
-            if (case := self.analysis.assumed(branch, pair, sign)) is not None:
+            case = self.analysis.assumed(branch, pair, sign)
+            if case is not None and (away := self._away(case)) <= 1:
                 case.steps.append(step)
-                self._explore(case)
+                with self._nearby(away):
+                    self._explore(case)
+            if self._settling:
+                return False
         if self._underdetermined_since(before):
             self._finish(branch, underdetermined=True)
         return False
+
+    def _as_expected(self, pair: Pair) -> Sequence[Sign]:
+        """The cases of a pair, the expected one first."""
+        expected = (self.expected or {}).get(pair)
+        return sorted(self.analysis.cases(pair), key=lambda sign: sign != expected)
+
+    def _away(self, case: Branch) -> int:
+        """In how many comparisons a case differs from that of an answer of a network, whose answers
+        cannot be known to be all; else 0."""
+        if not self.expected or self.complete or not self.leaves:
+            return 0
+        blocks = (step for step in self.leaves[0].branch.steps if isinstance(step, SolveBlock))
+        if not any(map(self._is_network, blocks)):
+            return 0
+        return sum(self.expected.get(pair) != sign for pair, sign in case.signs.items())
+
+    def _is_network(self, step: SolveBlock) -> bool:
+        """Whether a block may have more answers than anybody wants: a large one without angles."""
+        large = len(step.unknowns) > MAX_SEARCHED[0]
+        return large and not any(map(self.graph.turn, step.unknowns))
+
+    @contextmanager
+    def _nearby(self, away: int) -> Iterator[None]:
+        """What differs from the case of an answer is only sought near that."""
+        kept = self.budget.nearby, self.guesses
+        if away:
+            values = self.leaves[0].branch.values
+            numbers = {name: v for name, v in values.items() if isinstance(v, float)}
+            self.budget.nearby, self.guesses = True, {**numbers, **self.guesses}
+        try:
+            yield
+        finally:
+            self.budget.nearby, self.guesses = kept
+
+    def _settled(self, branch: Branch, step: Assume) -> Mapping[Pair, Sign]:
+        """The case that many are to begin with, whose answer lies in it: where that of another lies
+        outside, all comparisons that it does not meet are changed, or only one of them.
+
+        Empty if the cases are few, or if this leads to none.
+        """
+        probe, tried, waiting = copy(self), list[Mapping[Pair, Sign]](), [dict[Pair, Sign]()]
+        probe._settling = True
+        while waiting and len(tried) < MAX_SETTLING:
+            probe._begin()
+            probe.expected = waiting.pop()
+            probe._assume(branch.fork(), step)
+            ends = (*probe.leaves, *probe.outside_case, *probe.open_cases)
+            end = next(map(_nearest, ends), None)
+            if end is None or 2 ** len(end.signs) <= FEW_CASES:
+                return {}
+            if probe.leaves:
+                return end.signs
+            tried.append(end.signs)
+            fitting = {pair: self.analysis.case_of(pair, end) for pair in end.signs}
+            changed = {p: sign for p, sign in fitting.items() if sign and sign != end.signs[p]}
+            ways = [{pair: sign} for pair, sign in changed.items()][::-1]
+            cases = ({**end.signs, **way} for way in (*ways, changed))
+            waiting += [case for case in cases if case not in (*tried, *waiting)]
+        if not probe.complete:  # a proof that there is none is out of reach
+            self.cases = max(self.cases, MAX_CASES - FEW_CASES)
+        return {}
 
     # --- the end of a branch ---
 
@@ -631,3 +710,12 @@ class PathSearch:
         return self.analysis.unverified(leaf.branch) or hides_no_answer(
             self.model, leaf, self.inputs
         )
+
+
+def _nearest(leaf: Leaf) -> Branch:
+    """The branch of a leaf, with the nearest miss of blocks that have no answer."""
+    branch, missed = leaf.branch.fork(), leaf.branch.reasons
+    for fact in missed:
+        if isinstance(fact, NoRoot):
+            branch.values.update(fact.best)
+    return branch

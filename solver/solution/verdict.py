@@ -362,7 +362,7 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     status = Status.PARTIAL
     if len(structural) < len(leaf.missing) or (why and not structural):
         status = _worst(why)
-    if status is Status.PARTIAL and any(isinstance(f, facts.Truncated) for f in leaf.branch.facts):
+    if status is Status.PARTIAL and leaf.branch.cut:
         status = Status.FAILED
     doubles = tuple(fact for fact in leaf.branch.facts if isinstance(fact, facts.DoubleRoot))
     if status is Status.SINGULAR and doubles:
