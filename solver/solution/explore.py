@@ -542,6 +542,9 @@ class PathSearch:
         if not all(infinite(self.model, branch, name) for name in blank):
             self._finish(branch)
             return False
+        if branch.signs and self.analysis.contradicted(branch):
+            self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
+            return False
         self.cases += 1
         if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
             self._truncate(branch, "cases")
