@@ -534,6 +534,8 @@ class PathSearch:
 
     def _assume(self, branch: Branch, step: Assume) -> bool:
         """The cases of one comparison; each is dropped once its outcome is known to be another."""
+        if not self._stays_in_case(branch):
+            return False
         self.analysis.infer(branch)
         pair = self.analysis.open_pair(branch, step.condition)
         if pair is None:
@@ -638,17 +640,8 @@ class PathSearch:
         """Check every rule that is active at the end of a branch with the independent rule
         check."""
         branch = branch.fork()
-        if branch.signs and self.analysis.contradicted(branch):
-            for pair in (pair for pair, sign in branch.signs.items() if sign > EQUAL):
-                moved = onto_boundary(
-                    self.graph, branch, pair, self.inputs, self._off, self.analysis
-                )
-                if moved:
-                    break
-                self.complete = self.complete and moved is not None
-            else:
-                self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
-                return
+        if not self._stays_in_case(branch):
+            return
         values = branch.values = self._moved_into_one_turn(branch)
         decided = self._decided(branch)
         rules = list(known_rules(self.model, decided, values))
@@ -681,6 +674,19 @@ class PathSearch:
             self.open_cases.append(leaf)
         else:
             self.leaves.append(leaf)
+
+    def _stays_in_case(self, branch: Branch) -> bool:
+        """Whether the values of a branch are those of its case; what misses its boundary by
+        rounding is moved onto it."""
+        if not (branch.signs and self.analysis.contradicted(branch)):
+            return True
+        for pair in (pair for pair, sign in branch.signs.items() if sign > EQUAL):
+            moved = onto_boundary(self.graph, branch, pair, self.inputs, self._off, self.analysis)
+            if moved:
+                return True
+            self.complete = self.complete and moved is not None
+        self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
+        return False
 
     def _decided(self, branch: Branch) -> dict[int, bool]:
         """The outcome of each condition at the values of a branch; as assumed if these leave it

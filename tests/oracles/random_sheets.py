@@ -274,16 +274,42 @@ def guarded(draw: random.Random, names: Sequence[str], state: Mapping[str, float
     pivot = draw.choice(names)
     threshold = state[pivot] + draw.choice((-3.0, -1.0, 1.0, 3.0))
     guard = f"{pivot} > ({threshold!r})"
+    return _sided(draw, names, state, guard, guard)
+
+
+def cased(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
+    """As ``guarded``, by any comparison, with another name or a number that the state may be
+    equal to; at times with a requirement that the state meets."""
+    pivot, operator = draw.choice(names), draw.choice(("=", "<>", "<", "<=", ">=", ">"))
+    number = repr(state[pivot] + draw.choice((0.0, 0.0, -1.0, 2.0)))
+    other = draw.choice((number, number, draw.choice(sorted(state))))
+    guard = witness = f"{pivot} {operator} ({other})"
+    if operator in ("=", "<>"):  # up to rounding
+        equal = f"abs({pivot} - ({other})) <= 16*{EPS}*abs({other})"
+        witness = equal if operator == "=" else f"not ({equal})"
+    rule = _sided(draw, names, state, guard, witness)
+    bound = state[pivot] - draw.choice((1.0, 3.0))
+    required = f"\n  {pivot} >= ({bound!r})" if draw.random() < 0.3 else ""
+    return replace(rule, text=rule.text + required)
+
+
+def _sided(
+    draw: random.Random,
+    names: Sequence[str],
+    state: Mapping[str, float],
+    guard: str,
+    witness: str,
+) -> RandomRule:
+    """A rule with two sides, of which the one that the guard selects holds at the state."""
     make = draw.choice((linear, polynomial))
     one, two = make(draw, names, state), make(draw, names, state)
-    above = state[pivot] > threshold
     (_, left, right), (_, other_left, other_right) = one.equations[0], two.equations[0]
-    if above:
+    if evaluated(witness, state):
         other_right = repr(float(other_right) + draw.choice((-2.5, 1.5)))
     else:
         right = repr(float(right) + draw.choice((-2.5, 1.5)))
     text = f"if {guard} then {left} = {right} else {other_left} = {other_right}"
-    return RandomRule(text, ((guard, left, right), (f"not ({guard})", other_left, other_right)))
+    return RandomRule(text, ((witness, left, right), (f"not ({witness})", other_left, other_right)))
 
 
 def called(draw: random.Random, names: Sequence[str], state: Mapping[str, float]) -> RandomRule:
@@ -312,6 +338,7 @@ FAMILIES: Mapping[str, tuple[Maker, ...]] = {
     "rational": (linear, rational),
     "transcendental": (linear, transcendental),
     "guarded": (linear, guarded),
+    "cased": (linear, cased, cased, called),
     "called": (linear, called),
     "mixed": (linear, polynomial, trigonometric, rational, transcendental, guarded, called),
 }

@@ -106,3 +106,18 @@ def test_a_local_without_value_leaves_the_answers_of_all_cases(want: list[str] |
 def test_no_number_is_moved_out_of_its_case(rules: str, expected: list[float]) -> None:
     result = solver.solve(rulesheets.loads(rules), {"a": 4.0})
     assert [answer["x"] for answer in result.solutions] == expected
+
+
+def test_an_answer_on_a_boundary_is_kept_through_further_cases() -> None:
+    """-3x + 15.2 = 24.8 gives -3.2000000000000006 in floats; then y is assumed to be below 7.6."""
+    text = """
+    if x < -3.2 then 3*x - 4*a = -42.5 else 2*a - 3*x = 24.8
+    if y < a then 2*y = 10.4 - a else y = a + 1
+    """
+    result = solver.solve(rulesheets.loads(text), {"a": 7.6})
+    assert result.complete
+    found = sorted((s["x"], s["y"]) for s in result.solutions)
+    expected = [(x, y) for x in (-12.1 / 3, -3.2) for y in (1.4, 8.6)]
+    assert [value for pair in found for value in pair] == pytest.approx(
+        [value for pair in expected for value in pair], rel=1e-14
+    )
