@@ -13,12 +13,13 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import product
 from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp, grace
-from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.model import Model, Value, Variable
-from rulesheets.syntax.nodes import Name
+from rulesheets.syntax.nodes import Comparison, Name
 from solver import facts
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_sides import sides
@@ -234,10 +235,9 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     """The status of a solve, from its leaves."""
     model, inputs = asked.model, asked.inputs
     underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
-    uncovered = _uncovered(model, found, inputs) if underdetermined else ()
-    if underdetermined and not (
-        uncovered and any(leaf.solved and not leaf.branch.on_boundary for leaf in found.leaves)
-    ):
+    apart = [leaf for leaf in found.leaves if leaf.solved and not leaf.branch.on_boundary]
+    uncovered = _uncovered(model, found, inputs, apart) if underdetermined else ()
+    if underdetermined and not (uncovered and apart):
         return _unfinished(model, underdetermined, inputs)
     solved = _preferred(asked, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
@@ -295,18 +295,21 @@ def _curves(
 
 
 def _uncovered(
-    model: Model, found: Exploration, inputs: Mapping[str, Value]
+    model: Model, found: Exploration, inputs: Mapping[str, Value], answers: Sequence[Leaf]
 ) -> tuple[facts.Uncovered, ...]:
     """The cases without contradiction in which no rule determines a wanted variable; none if a rule
-    of such a case holds for any value of it: then there is a continuum of answers."""
+    of such a case holds for any value of it, and an answer lies at its end: that continues it."""
     leaves = [
         leaf
         for leaf in found.open_cases
         if not (leaf.underdetermined or leaf.branch.on_boundary or blocked(model, leaf))
     ]
-    why = (fact for leaf in leaves for fact in leaf.branch.reasons)
-    if any(isinstance(fact, facts.AsksNothing | facts.RankLoss) for fact in why):
-        return ()
+    for leaf in leaves:
+        if any(isinstance(f, facts.AsksNothing | facts.RankLoss) for f in leaf.branch.reasons):
+            ends = product((Comparison("=", *pair) for pair in leaf.branch.signs), answers)
+            with suppress(KeyError, Undefined):
+                if any(holds(end, one.branch.values) for end, one in ends):
+                    return ()
     assumed = CaseAnalysis(model, inputs).independent_assumptions
     return tuple(facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in leaves)
 

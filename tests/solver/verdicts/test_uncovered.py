@@ -45,3 +45,12 @@ def test_a_continuum_in_one_case_is_not_hidden_by_the_edge_of_another() -> None:
     """Any income up to 11,000 is taxed by a tenth."""
     rules = "if x <= 11000 then y = 0.1*x\nelse y = 1100 + 0.12*(x - 11000)\nz*x = y\nz = 0.1"
     assert solver.solve(rulesheets.loads(rules)).status is not solver.Status.SOLVED
+
+
+def test_an_answer_apart_from_a_continuum_is_listed() -> None:
+    """Above 2 any x gives z = -1; below, only 1.6."""
+    rules = "if x > 2 then y = 2*x - 1 else y = 2.2\nz = y - 2*x"
+    result = solver.solve(rulesheets.loads(rules), {"z": -1.0})
+    assert [s["x"] for s in result.solutions] == [1.6]
+    assert not result.complete
+    assert "x > 2" in result.diagnoses[0].message
