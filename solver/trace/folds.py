@@ -281,7 +281,9 @@ def _keeps_roots(
         kernel.domain(kernel.block.tears[0]),
         kernel.graph.turn(kernel.block.tears[0]),
     )
-    edges = [(x, x) for x in (low, high) if math.isfinite(x) and high - low != turn]
+    # where a search ends, too, a root may come from infinity
+    ends_of_search = max(low, -HORIZON), min(high, HORIZON)
+    edges = [(x, x) for x in ends_of_search if high - low != turn]
     return all(
         not _open(chain, [(*edge, *ends) for edge in edges], numbers)
         and _has_no_fold(chain, (low, high), numbers, ends, most)

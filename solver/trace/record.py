@@ -360,9 +360,12 @@ class Recording(StepRecording):
     def _no_value(self, state: State, equation: int, unknown: str) -> int:
         """A target clearly outside of the image of the operation that is undone."""
         isolation = self._isolation(equation, unknown)
-        if isolation.quadratic is not None:
-            raise NotCompilable
         self._expect_known(state, equation, unknown)
+        if isolation.quadratic is not None:
+            before = state.checks.copy()
+            root = self._preimages(state, isolation)[0]
+            state.checks[:] = before
+            return self._undefined(root)
         target = self._expression(state, isolation.start)
         for stage in isolation.stages:
             if stage.low > -math.inf or stage.high < math.inf:

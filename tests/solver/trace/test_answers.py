@@ -301,3 +301,21 @@ def test_a_root_that_comes_from_a_pole_is_not_missed() -> None:
     plan = solver.prepare(rulesheets.loads("T = min(120, 18000/w, 60 + w/2)"), ["T"], ["w"])
     for torque, count in ((6.0, 1), (45.0, 1), (63.0, 2), (75.0, 2), (50.0, 1)):
         assert len(plan.all(torque)) == count
+
+
+def test_a_root_that_comes_from_infinity_is_not_missed() -> None:
+    """No depth has a negative Froude number; a small one has a great depth."""
+    sheet = "v = 2/y\nFr = v/sqrt(9.81*y)\nif Fr > 1 then z = Fr else z = y"
+    plan = solver.prepare(rulesheets.loads(sheet), ["Fr"], ["y"])
+    for froude, depth in ((10.0, 0.1597), (0.5, 1.1771)):
+        with pytest.raises(solver.Unsolved):
+            plan(-2.0)
+        assert plan(froude)[0] == pytest.approx(depth, rel=1e-3)
+
+
+def test_a_case_without_real_roots_at_the_first_row_is_watched() -> None:
+    """Inhibition above 5 gives a second concentration for lower rates alone."""
+    sheet = "if s <= 5 then v = 10*s/(2 + s) else v = 10*s/(2 + s + (s - 5)^2/8)"
+    plan = solver.prepare(rulesheets.loads(sheet), ["v"], ["s"])
+    assert len(plan.all(10.1)) == 1
+    assert [s for (s,) in plan.all(2.0)] == [pytest.approx(41.0), pytest.approx(0.5)]
