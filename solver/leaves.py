@@ -467,9 +467,9 @@ class CaseAnalysis:
                     signs.append(((nodes.Name(name), nodes.Number(limit)), sign))
         return not possible(signs, branch.values)
 
-    def fits(self, branch: Branch) -> bool:
-        """Whether some case agrees with the rules of cases that read only known values: one that
-        does not hold excludes its case."""
+    def excluded(self, branch: Branch) -> tuple[Conflict, ...] | None:
+        """The rules of cases that read only known values and do not hold, if these exclude every
+        case; none if the bounds of the conditions do; None if a case is left."""
         decided, values = branch.conditions, branch.values
         refuted = [
             rule
@@ -483,11 +483,11 @@ class CaseAnalysis:
             for rule in refuted:
                 open_ = [premise for premise in rule.guard if premise.condition not in decided]
                 if activity(rule, decided):
-                    return False
+                    return (Conflict(tuple(rule.index for rule in refuted), None, values),)
                 if len(open_) == 1 and activity(rule, decided) is None:
                     decided[open_[0].condition] = not open_[0].holds
-        conditions = self.model.conditions
-        return not refuted or compatible(((conditions[i], o) for i, o in decided.items()), values)
+        outcomes = ((self.model.conditions[i], holds) for i, holds in decided.items())
+        return None if not refuted or compatible(outcomes, values) else ()
 
     def independent_assumptions(self, branch: Branch) -> tuple[nodes.Comparison, ...]:
         """The assumed comparisons of a branch, without those that follow from the others."""

@@ -668,8 +668,8 @@ class PathSearch:
         leaf = Leaf(branch, missing, tuple(conflicts), worst, len(rules), underdetermined)
         if conflicts:
             self.contradicted.append(leaf)
-        elif missing and not self.analysis.fits(branch):
-            self.outside_case.append(leaf)
+        elif missing and (excluded := self.analysis.excluded(branch)) is not None:
+            self.outside_case.append(replace(leaf, conflicts=excluded))
         elif missing and branch.signs and self._is_open(leaf):
             self.open_cases.append(leaf)
         else:

@@ -284,10 +284,10 @@ class Recording(StepRecording):
             if isinstance(fact, Unmet):
                 active, meets = self._requirement(state, self.model.requirements[fact.requirement])
                 broken = flow.add("or", broken, flow.add("and", active, flow.add("not", meets)))
-            elif isinstance(fact, Conflict) and len(fact.equations) == 1:
-                broken = flow.add(
-                    "or", broken, self._broken(state, self.model.equations[fact.equations[0]])
-                )
+            elif isinstance(fact, Conflict):  # of several rules each excludes a case
+                rules = (self.model.equations[index] for index in fact.equations)
+                every = flow.over("and", (self._broken(state, rule) for rule in rules))
+                broken = flow.add("or", broken, every)
         if not all(map(self._numbers, (*state.checks, broken))):
             raise NotCompilable
         known = {*self._guards, *(check for _, holds in self.endings for check in holds)}
