@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 
@@ -19,24 +19,28 @@ from tests.oracles.differences import Differences
 MODELS = Path(__file__).parent.parent.parent / "models"
 CORPUS, CHOICES, HOSTILE = 7, 10, 300
 """Seeds of a family of the random corpus, of a pool of a redistribution, of hostile sheets."""
+WANTED = {"models": 8, "corpus": 1, "redistributions": 4, "everyday": 4}
+"""Every so many-th question of a source is asked for one name alone."""
 
 
 @dataclass(frozen=True)
 class Question:
-    """A solve under a name that stays: ``read`` gives the model, which may be refused."""
+    """A solve under a name that stays: ``read`` gives the model, which may be refused. ``want``:
+    None for everything."""
 
     source: str
     name: str
     read: Callable[[], Model]
     inputs: Mapping[str, Value | None] = field(default_factory=dict)
     guesses: Mapping[str, float] = field(default_factory=dict)
+    want: tuple[str, ...] | None = None
 
     @property
     def id(self) -> str:
         return f"{self.source}/{self.name}"
 
     def asked(self) -> solver.Result:
-        return solver.solve(self.read(), dict(self.inputs), guesses=dict(self.guesses))
+        return solver.solve(self.read(), dict(self.inputs), self.want, dict(self.guesses))
 
 
 @cache
@@ -112,6 +116,23 @@ def _hostile() -> Iterator[Question]:
         )
 
 
+def _want() -> Iterator[Question]:
+    """One unknown of questions of the other sources, drawn from their names."""
+    for source, every in WANTED.items():
+        for asked in questions(source)[::every]:
+            model = asked.read()
+            given = {name for name, value in asked.inputs.items() if value is not None}
+            unknown = [
+                name
+                for name, variable in model.variables.items()
+                if variable.posted and name not in given
+                if variable.value is None or name in asked.inputs
+            ]
+            if unknown:
+                name = random.Random(asked.id).choice(sorted(unknown))
+                yield replace(asked, source="want", name=f"{asked.name} ? {name}", want=(name,))
+
+
 SOURCES: dict[str, Callable[[], Iterator[Question]]] = {
     "models": _models,
     "corpus": _corpus,
@@ -119,4 +140,10 @@ SOURCES: dict[str, Callable[[], Iterator[Question]]] = {
     "standard": _standard,
     "everyday": _everyday,
     "hostile": _hostile,
+    "want": _want,
 }
+
+
+@cache
+def questions(source: str) -> tuple[Question, ...]:
+    return tuple(SOURCES[source]())
