@@ -68,8 +68,11 @@ class Recording(StepRecording):
         for leaf in refused[:MAX_DEAD]:
             if _begins(leaf):
                 raise NotCompilable
-            with suppress(NotCompilable, KeyError):
+            try:
                 self._watch(start, leaf)
+            except (NotCompilable, KeyError):
+                if leaf.branch.signs:  # at other rows the case may have an answer
+                    raise NotCompilable from None
         self._keep_usual()
         ranked = None
         if len(states) > 1 or self._watches:

@@ -440,3 +440,11 @@ def thevenin(V1, V2, R1, R2, RL):
     Vth = (V1 / R1 + V2 / R2) * Rth
     IL = Vth / (Rth + RL)
     return {"Vth": Vth, "Rth": Rth, "IL": IL, "P": IL**2 * RL}
+
+
+@sheet("Sedra and Smith, chapter 5", "ID > VDS, ID > VGS, ID Vov > VGS kn, P > VDS")
+def mosfet(VGS, VDS, Vt, kn, lam):
+    Vov = VGS - Vt
+    V = min(VDS, Vov)
+    ID = kn * (Vov * V - V**2 / 2) * (1 + lam * VDS)
+    return {"Vov": Vov, "ID": ID, "P": ID * VDS}

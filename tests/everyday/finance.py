@@ -224,3 +224,29 @@ def market(a, b, c, d, t):
 def commission(sales, base):
     c = 1500 + 0.05 * (sales - 50000)
     return {"c": c, "pay": base + c, "rate": c / sales}
+
+
+@sheet(OWN, "net > income, tax > income")
+def tax_by_slices(income):
+    ends, rates = (0, 10000, 40000, 85000, float("inf")), (0.1, 0.15, 0.25, 0.35)
+    t1, t2, t3, t4 = (
+        rate * max(min(income, high) - low, 0)
+        for low, high, rate in zip(ends[:-1], ends[1:], rates, strict=True)
+    )
+    tax = t1 + t2 + t3 + t4
+    return {
+        "t1": t1,
+        "t2": t2,
+        "t3": t3,
+        "t4": t4,
+        "tax": tax,
+        "net": income - tax,
+        "avg": tax / income,
+    }
+
+
+@sheet(OWN, "duty > price, total > price, rate > price")
+def stamp_duty(price):
+    slices = ((250000, 0.05), (925000, 0.05), (1500000, 0.02))
+    duty = sum(rate * max(price - start, 0) for start, rate in slices)
+    return {"duty": duty, "total": price + duty, "rate": duty / price}

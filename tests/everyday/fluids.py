@@ -356,3 +356,23 @@ def buoyancy(b, L, H, rhow, rhob):
     draft = H * rhob / rhow
     BM = b**2 / (12 * draft)
     return {"draft": draft, "BM": BM, "KB": draft / 2, "KG": H / 2, "GM": draft / 2 + BM - H / 2}
+
+
+@sheet("Çengel and Boles, chapter 17", "m > At, m > p0, m pc > At p0, V > pb, m > pb")
+def gas_nozzle(p0, T0, pb, At, k, R):
+    pc = p0 * (2 / (k + 1)) ** (k / (k - 1))
+    pe = max(pb, pc)
+    M = sqrt(2 / (k - 1) * ((p0 / pe) ** ((k - 1) / k) - 1))
+    Te = T0 / (1 + (k - 1) / 2 * M**2)
+    V = M * sqrt(k * R * Te)
+    return {"pc": pc, "pe": pe, "M": M, "Te": Te, "V": V, "m": pe / (R * Te) * V * At / 10}
+
+
+@sheet("McCabe, Smith and Harriott, chapter 7", "v > d, Re > d, v > rhop, Re > mu")
+def settling_regimes(d, rhop, rho, mu):
+    K = d * (9.81 * rho * (rhop - rho) / mu**2) ** (1 / 3)
+    stokes = 9.81 * (rhop - rho) * d**2 / (18 * mu)
+    between = 0.153 * 9.81**0.71 * d**1.14 * (rhop - rho) ** 0.71 / (rho**0.29 * mu**0.43)
+    newton = 1.74 * sqrt(9.81 * d * (rhop - rho) / rho)
+    v = stokes if K < 3.3 else between if K < 43.6 else newton
+    return {"K": K, "v": v, "Re": rho * v * d / mu}

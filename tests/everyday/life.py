@@ -70,3 +70,8 @@ def basketball(d, h, theta):
 def effect(dose, V, Emax, EC50, n):
     C = dose / V
     return {"C": C, "E": Emax / (1 + (EC50 / C) ** n)}
+
+
+@sheet(OWN, "v > S", {"v > S": ({"S": (14 + sqrt(14**2 - 4 * 41)) / 2},)})
+def substrate_inhibition(S):
+    return {"v": 10 * S / (2 + S + max(S - 5, 0) ** 2 / 8)}

@@ -372,3 +372,19 @@ def damped(x1, x2, n, Td):
 def loop(R, h, g, m):
     square = 2 * g * (h - 2 * R)
     return {"vtop": sqrt(square), "N": m * square / R - m * g, "ok": 1.0}
+
+
+@sheet(OWN, "v > t, s > t, s > T, v s > t T", {"v > t": ({"t": 0.3},)})
+def trapezoid_move(t, a, vm, T):
+    ta = vm / a
+    v = min(a * t, vm, a * (T - t))
+    braking = max(t - (T - ta), 0)
+    s = a * min(t, ta) ** 2 / 2 + vm * max(t - ta, 0) - a * braking**2 / 2
+    return {"ta": ta, "v": v, "s": s}
+
+
+@sheet(OWN, "Tm > n, Ta > n, TL > n", {"Tm > n": ({},), "Ta > n": ({},)})
+def motor_limits(n):
+    w = 2 * pi * n / 60
+    Tm, TL = min(120, 18000 / w, 60 + 0.05 * n), 6e-6 * n**2 + 5
+    return {"w": w, "Tm": Tm, "TL": TL, "Ta": Tm - TL}

@@ -237,3 +237,16 @@ def overhanging_beam(b, h, L, a, q, F, Sy):
         "sig": sig,
         "SF": Sy / sig,
     }
+
+
+@sheet(OWN, "ph > z, ph > zw, u sv > z zw, ph > Ka")
+def soil_pressure(z, zw, g1, gs, Ka):
+    dry, wet = min(z, zw), max(z - zw, 0)
+    sv, u = g1 * dry + gs * wet, 9.81 * wet
+    return {"sv": sv, "u": u, "se": sv - u, "ph": Ka * (sv - u) + u}
+
+
+@sheet("Eurocode 8, type 1 with S = 1", "V > T, Se > ag", {"V > T": ({"T": 0.0525},)})
+def response_spectrum(T, ag, W):
+    Se = 2.5 * ag * 0.5 / T
+    return {"Se": Se, "V": 0.85 * Se * W}

@@ -354,3 +354,17 @@ def dual_cycle(r, rp, rc, k, T1):
 def cooling_coffee(T0, Ta, T1, t1, T):
     k = log((T0 - Ta) / (T1 - Ta)) / t1
     return {"k": k, "t": log((T0 - Ta) / (T - Ta)) / k}
+
+
+@sheet(OWN, "q > Q, q > m")
+def ice_to_steam(Q, m):
+    return {"q": Q / m, "T": 0.0}
+
+
+@sheet("Çengel, chapter 8", "h > m, Nu > m, Re h > m k")
+def tube_regimes(m, D, mu, Pr, k):
+    Re = 4 * m / (pi * D * mu)
+    turbulent = 0.023 * max(Re, 10000) ** 0.8 * Pr**0.4
+    share = min(max((Re - 2300) / 7700, 0), 1)
+    Nu = 3.66 + share * (turbulent - 3.66)
+    return {"Re": Re, "Nu": Nu, "h": Nu * k / D}
