@@ -14,7 +14,7 @@ from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Call
 from rulesheets.syntax.program import walk
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import MANY, gross
+from solver.accuracy.rule_sides import MANY, gross, jumps
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel.block import BlockKernel
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
@@ -246,6 +246,8 @@ class Candidates:
         else:
             ordinary = found.relative <= small
         ordinary = ordinary and found.steepness <= ORDINARY
+        # beside a jump, what slopes lead to may lie on its other side
+        ordinary = ordinary and not any(map(jumps, self.problem.kernel.equations))
         if ordinary and not is_beside_pole(self.problem, point, found):
             return True
         from solver.kernel.root_check import RootCheck, check_root  # most answers are ordinary

@@ -55,3 +55,10 @@ def test_an_answer_at_the_end_of_a_domain_is_found() -> None:
 def test_floats_that_absorb_what_is_asked_give_no_answer() -> None:
     rules = rulesheets.loads("boxes = int(n/4)\nrest = n - 4*boxes")
     assert solver.solve(rules, {"rest": 5.145}).status is not Status.SOLVED
+
+
+def test_a_value_below_a_jump_that_is_not_reached_is_none() -> None:
+    """Ten for one boiler would take a load of 10, at which there are two."""
+    rules = rulesheets.loads("n = min(2, 1 + step(load, 10))\neach = load/n")
+    assert [s["load"] for s in solver.solve(rules, {"each": 10.0}).solutions] == [20.0]
+    assert len(solver.solve(rules, {"each": 5.0}).solutions) == 2
