@@ -207,7 +207,7 @@ class _Methods:
 
                 fall_back(problem, candidates)
             settled = self._outcome()
-        if assumed or budget.brief or not any(answer.double for answer in settled.answers):
+        if budget.brief or not any(answer.double for answer in settled.answers):
             return settled
         from solver.kernel.full_search import without_curves
 

@@ -230,13 +230,13 @@ class PathSearch:
             equations, unknowns, len(listed), *ends, listed_cut, uncounted=cut
         )
 
-    def _underdetermined_since(self, count: int) -> bool:
-        """Whether the cases after the first so many open ones leave an uncontradicted continuum:
-        answers of other cases do not make this solved, and equality is only its boundary."""
-        return any(
-            not (blocked(self.model, leaf) or leaf.branch.on_boundary or leaf.branch.cut)
-            for leaf in self.open_cases[count:]
-        )
+    def _underdetermined_since(self, count: int) -> Leaf | None:
+        """The first case after so many open ones that leaves an uncontradicted continuum: answers
+        of other cases do not make this solved, and equality is only its boundary."""
+        for leaf in self.open_cases[count:]:
+            if not (blocked(self.model, leaf) or leaf.branch.on_boundary or leaf.branch.cut):
+                return leaf
+        return None
 
     # --- following a path ---
 
@@ -578,12 +578,18 @@ class PathSearch:
     def _away(self, case: Branch) -> int:
         """In how many comparisons a case differs from that of an answer of a network, whose answers
         cannot be known to be all; else 0."""
-        if not self.expected or self.complete or not self.leaves:
+        known = self._known
+        if not self.expected or self.complete or known is None:
             return 0
-        blocks = (step for step in self.leaves[0].branch.steps if isinstance(step, SolveBlock))
+        blocks = (step for step in known.branch.steps if isinstance(step, SolveBlock))
         if not any(map(self._is_network, blocks)):
             return 0
         return sum(self.expected.get(pair) != sign for pair, sign in case.signs.items())
+
+    @property
+    def _known(self) -> Leaf | None:
+        """The first answer, or the first case that leaves something undetermined."""
+        return self.leaves[0] if self.leaves else self._underdetermined_since(0)
 
     def _is_network(self, step: SolveBlock) -> bool:
         """Whether a block may have more answers than anybody wants: a large one without angles."""
@@ -594,9 +600,9 @@ class PathSearch:
     def _nearby(self, away: int) -> Iterator[None]:
         """What differs from the case of an answer is only sought near that."""
         kept = self.budget.nearby, self.guesses
-        if away:
-            values = self.leaves[0].branch.values
-            numbers = {name: v for name, v in values.items() if isinstance(v, float)}
+        if away and (known := self._known) is not None:
+            values = known.branch.values.items()
+            numbers = {name: v for name, v in values if isinstance(v, float)}
             self.budget.nearby, self.guesses = True, {**numbers, **self.guesses}
         try:
             yield
@@ -619,8 +625,8 @@ class PathSearch:
             end = next(map(_nearest, ends), None)
             if end is None or 2 ** len(end.signs) <= FEW_CASES:
                 return {}
-            if probe.leaves:
-                return end.signs
+            if probe._known is not None:
+                return probe._known.branch.signs
             tried.append(end.signs)
             fitting = {pair: self.analysis.case_of(pair, end) for pair in end.signs}
             changed = {p: sign for p, sign in fitting.items() if sign and sign != end.signs[p]}
