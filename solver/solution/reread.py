@@ -428,7 +428,7 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
             told = leaf.branch.values[name]
             leaf = leaf.but(values={**leaf.branch.values, name: number})
             near = isinstance(told, float) and abs(told - number) <= NEIGHBOURS * abs(number)
-            if near and _stands(asked.model, leaf):
+            if near and not _conflicts(asked.model, leaf):
                 leaves.append(leaf)
         if leaves:
             return replace(found, leaves=tuple(leaves))
@@ -472,9 +472,15 @@ def without_vanishing_factors(
     left = (e.but(nodes.ZERO, nodes.ZERO) if e.index in repeated else e for e in reduced.equations)
     reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
-    again = replace(again, leaves=tuple(leaf for leaf in again.leaves if _stands(model, leaf)))
+    checked = [replace(leaf, conflicts=_conflicts(model, leaf)) for leaf in again.leaves]
+    refused = (leaf for leaf in checked if leaf.conflicts)
+    again = replace(
+        again,
+        leaves=tuple(leaf for leaf in checked if not leaf.conflicts),
+        contradicted=(*again.contradicted, *refused),
+    )
     told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
-    if told.status is not Status.INFEASIBLE:
+    if told.status not in (Status.INFEASIBLE, Status.INCONSISTENT):
         if not again.leaves:
             return None
         known = [
@@ -505,10 +511,13 @@ def _singular(model: Model, told: Verdict, open_: Sequence[AsksNothing]) -> Verd
     )
 
 
-def _stands(model: Model, leaf: Leaf) -> bool:
-    """Whether all rules as written that can be evaluated hold."""
+def _conflicts(model: Model, leaf: Leaf) -> tuple[Fact, ...]:
+    """The rules as written that can be evaluated, and do not hold."""
     values, decided = leaf.branch.values, leaf.branch.conditions
-    return all(check_rule(rule, values).holds for rule in known_rules(model, decided, values))
+    checks = ((rule, check_rule(rule, values)) for rule in known_rules(model, decided, values))
+    return tuple(
+        Conflict((rule.index,), check.miss, values) for rule, check in checks if not check.holds
+    )
 
 
 def _repeated(model: Model, fact: RankLoss) -> int | None:
