@@ -55,6 +55,7 @@ from solver.path import (
     Check,
     Decide,
     Evaluate,
+    Path,
     Select,
     SolveBlock,
     Step,
@@ -257,6 +258,8 @@ class PathSearch:
                 known, inactive = frozenset(branch.values), frozenset(branch.inactive)
                 asked = known, branch.conditions, inactive, self._wanted(branch)
                 path = self.planner.path(*asked, required=True)
+                if self._leaves_free(branch, path):  # do other rules refute its case?
+                    path = self.planner.path(*asked[:3], None, required=True)
                 self.first_path = path.steps if self.first_path is None else self.first_path
                 found = self._follow(branch, path.steps)
             forks = iter(()) if isinstance(found, bool) else found
@@ -274,6 +277,12 @@ class PathSearch:
         if self.want is None or branch.on_boundary:
             return None
         return self.want.union(n for pair in branch.signs for side in pair for n in names(side))
+
+    def _leaves_free(self, branch: Branch, path: Path) -> bool:
+        """Whether no rule determines a wanted name in the case that a branch assumes."""
+        if self.want is None or not branch.signs or self.want.isdisjoint(path.undetermined):
+            return False
+        return not any(isinstance(step, Decide | Assume) for step in path.steps)
 
     @property
     def _too_many_searches(self) -> bool:

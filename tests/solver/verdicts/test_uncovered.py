@@ -54,3 +54,15 @@ def test_an_answer_apart_from_a_continuum_is_listed() -> None:
     assert [s["x"] for s in result.solutions] == [1.6]
     assert not result.complete
     assert "x > 2" in result.diagnoses[0].message
+
+
+@pytest.mark.parametrize("want", [None, ["w"]])
+def test_a_case_that_other_rules_refute_is_not_left_out(want: list[str] | None) -> None:
+    """a = 0.4, so that w >= 1 would contradict a = 3, whatever w is."""
+    model = rulesheets.loads("if w < 1 then w = 2*a - 1 else a = 3\nb = a + 2")
+    result = solver.solve(model, {"b": 2.4}, want=want)
+    assert result.complete
+    assert not result.diagnoses
+    assert result["w"] == pytest.approx(-0.2, rel=1e-14)
+    assert str(solver.solve(model, {"b": 4.0}, want=want).status) == "inconsistent"
+    assert str(solver.solve(model, {"b": 5.0}, want=want).status) == "partial"
