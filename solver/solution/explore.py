@@ -64,7 +64,7 @@ from solver.path import (
     given_by,
     known_rules,
 )
-from solver.path.cases import EQUAL, Pair, Sign
+from solver.path.cases import EQUAL, Pair, Sign, comparisons
 from solver.path.graph import Kind, continued, kind_of, unknowns_by_kind
 from solver.path.planner import planner
 from solver.solution.adjust import agreed, onto_boundary
@@ -553,9 +553,6 @@ class PathSearch:
         if not all(infinite(self.model, branch, name) for name in blank):
             self._finish(branch)
             return False
-        if branch.signs and self.analysis.contradicted(branch):
-            self.outside_case.append(Leaf(branch, (), (), 0.0, 0))
-            return False
         self.cases += 1
         if len(branch.signs) >= MAX_ASSUMPTIONS or self.cases > MAX_CASES:
             self._truncate(branch, "cases")
@@ -624,6 +621,10 @@ class PathSearch:
 
         Empty if the cases are few, or if this leads to none.
         """
+        conditions = (c for i, c in enumerate(self.model.conditions) if i not in branch.conditions)
+        atoms = chain.from_iterable(map(comparisons, conditions))
+        if 2 ** len({(atom.left, atom.right) for atom in atoms}) <= FEW_CASES:
+            return {}
         probe, tried, waiting = copy(self), list[Mapping[Pair, Sign]](), [dict[Pair, Sign]()]
         probe._settling = True
         while waiting and len(tried) < MAX_SETTLING:

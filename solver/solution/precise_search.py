@@ -107,6 +107,7 @@ class _PreciseSearch(PathSearch):
         super().__init__(asked)
         self.digits, self.careful = digits, True
         self.outcomes, self.work = floats.outcomes, DigitWork()
+        self.expected = floats.leaves[0].branch.signs if floats.leaves else {}
         self._before: dict[SolveBlock, list[Numbers]] = {}
         for (step, known), outcome in floats.outcomes.items():
             if outcome.complete and not outcome.delicate:
