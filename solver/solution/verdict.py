@@ -239,11 +239,11 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     uncovered = _uncovered(model, found, inputs, apart) if underdetermined else ()
     if underdetermined and not (uncovered and apart):
         return _unfinished(model, underdetermined, inputs)
-    solved = _preferred(asked, [leaf for leaf in found.leaves if leaf.solved])
+    solved = _distinct(model, [leaf for leaf in found.leaves if leaf.solved])
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(asked, near or solved)
-    solved.sort(key=lambda leaf: bool(unsettled(leaf)))
+    solved.sort(key=lambda leaf: (bool(unsettled(leaf)), _lacks_a_local(leaf)))
     if solved:
         if not unsettled(solved[0]):
             beside: list[Fact] = [*_curves(model, found, inputs), *uncovered]
@@ -461,28 +461,25 @@ def _conclusive(found: Exploration) -> bool:
 # --- which answer comes first -------------------------------------------------------
 
 
-def _preferred(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
-    """Distinct leaves; one in which an auxiliary has no value gives way to a complete one, but for
-    what only an assumed equality has computed beside what is wanted."""
-    model = asked.model
-    whole = [
-        leaf
-        for leaf in leaves
-        if (asked.want is not None and leaf.branch.on_boundary)
-        or not any(  # an auxiliary outside a domain (a pole is no violation: it has a limit)
-            isinstance(fact, facts.NoValue | facts.OutOfRange)
-            and fact.unknown not in leaf.branch.values
-            and not getattr(fact, "pole", False)
-            for fact in leaf.branch.reasons
-        )
-    ] or leaves
+def _lacks_a_local(leaf: Leaf) -> bool:
+    """Whether an auxiliary has no value; a pole is no reason, as it has a limit."""
+    return any(
+        isinstance(fact, facts.NoValue | facts.OutOfRange)
+        and fact.unknown not in leaf.branch.values
+        and not getattr(fact, "pole", False)
+        for fact in leaf.branch.reasons
+    )
+
+
+def _distinct(model: Model, leaves: Sequence[Leaf]) -> list[Leaf]:
+    """The leaves that lead to different answers."""
     first: dict[str, Value] = {}
-    every = ((name, value) for leaf in whole for name, value in leaf.branch.values.items())
+    every = ((name, value) for leaf in leaves for name, value in leaf.branch.values.items())
     varying = list(
         dict.fromkeys(name for name, value in every if first.setdefault(name, value) != value)
     )
     distinct: list[Leaf] = []
-    for leaf in whole:
+    for leaf in leaves:
         if not any(_same_leaf(model, leaf, other, varying) for other in distinct):
             distinct.append(leaf)
     return distinct

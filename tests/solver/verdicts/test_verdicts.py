@@ -335,3 +335,14 @@ def test_a_balance_that_follows_from_the_others_leaves_room_for_other_rules(shar
     assert [forward["Q1"], forward["Q3"]] == pytest.approx([q1, q3])
     repeated = solver.solve(rulesheets.loads(sheet), {"Q3": share * float(forward["Q3"])})
     assert str(repeated.status) == ("solved" if share == 1.0 else "inconsistent")
+
+
+def test_a_local_without_a_value_spoils_no_answer():
+    """At x = -2 the local k, which nothing needs, would be a root of -1."""
+    found = solver.solve(
+        rulesheets.loads(
+            "x^2 = 4\ncall f(x; w)\nfunction f(p; q)\nrules\n  k = sqrt(p + 1)\n  q = 2*p\n"
+        )
+    )
+    assert [(answer["x"], answer["w"]) for answer in found.solutions] == [(2.0, 4.0), (-2.0, -4.0)]
+    assert str(found.status) == "solved" and found.complete
