@@ -65,13 +65,15 @@ class Recording(StepRecording):
         states = [states[place] for place in places]
         facts = [self.leaves[place].branch.facts for place in places]
         double = [any(isinstance(fact, DoubleRoot) for fact in some) for some in facts]
+        cases = [{}, *(leaf.branch.signs for leaf in self.leaves)]
         for leaf in refused[:MAX_DEAD]:
             if _begins(leaf):
                 raise NotCompilable
             try:
                 self._watch(start, leaf)
             except (NotCompilable, KeyError):
-                if leaf.branch.signs:  # at other rows the case may have an answer
+                # at other rows another case may have an answer, but hardly one of an equality
+                if leaf.branch.signs not in cases and not leaf.branch.on_boundary:
                     raise NotCompilable from None
         self._keep_usual()
         ranked = None
