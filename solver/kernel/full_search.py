@@ -364,19 +364,22 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     suspects = [answer for answer in outcome.answers if answer.double]
     if not suspects or outcome.free:
         return outcome
-    looked_at = [free_curve(problem, answer.values) for answer in suspects[:MOST_SUSPECTS]]
-    curves = [curve for curve in looked_at if curve is not None]
-    if not curves:
+    checked = suspects[:MOST_SUSPECTS]
+    curves = [free_curve(problem, answer.values) for answer in checked]
+    first = next(filter(None, curves), None)
+    if first is None:
         return outcome
-    suspects += [answer for answer in outcome.answers if not answer.double]
-    first, further = suspects[:MOST_SUSPECTS], suspects[MOST_SUSPECTS:]
-    alone = [answer for answer in first if free_curve(problem, answer.values) is None]
-    others = tuple(a for a in outcome.answers if any(a is one for one in (*alone, *further)))
+    simple = [answer for answer in outcome.answers if not answer.double]
+    more = simple[: MOST_SUSPECTS - len(checked)]
+    curves += [free_curve(problem, answer.values) for answer in more]
+    pairs = zip((*checked, *more), curves, strict=True)
+    gone = [answer for answer, curve in pairs if curve is not None]
+    others = tuple(a for a in outcome.answers if not any(a is one for one in gone))
     if others:
-        facts = (*outcome.facts, beside(curves[0]))
+        facts = (*outcome.facts, beside(first))
         if len(problem.unknowns) <= MOST_BESIDE and problem.kernel.smooth:
             others = _isolated(problem, others)
         return outcome._replace(
             answers=others, complete=False, whole=False, stretches=(), facts=facts
         )
-    return curves[0]._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
+    return first._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))
