@@ -15,7 +15,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import extended
 from rulesheets.model import Equation
 from solver.accuracy.rule_check import check_rule
-from solver.solution.explore import planner
+from solver.path.planner import planner
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import NotCompilable
 
