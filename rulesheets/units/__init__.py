@@ -158,7 +158,7 @@ def differences(model: Model) -> frozenset[str]:
     measures = (v.measure for v in model.variables.values() if v.unit)
     if not any(measure and measure.bases == {"K": 1} for measure in measures):
         return frozenset()
-    from rulesheets.units.temperatures import Weights
+    from rulesheets.units.check import Weights
 
     return frozenset(Weights(model).differences)
 

@@ -16,7 +16,7 @@ from rulesheets.evaluate.digits import context, extended_derivatives
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_in_digits import in_decimals
+from solver.accuracy.rule_check import in_decimals
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate_rows
 from solver.numerics.tolerances import FOLD, REFINED, SMALL, SPARE, SUSPECT

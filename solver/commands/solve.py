@@ -257,7 +257,7 @@ def _format(arguments: Namespace) -> int:
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 if it reaches every wanted variable in some case."""
-    from solver.path.tree import path_tree
+    from solver.path.planner import path_tree
     from solver.report.path import reaches, tree_text
 
     request = read_request(arguments)

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.model import Equation
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, subtract
 from rulesheets.syntax.program import degree
@@ -22,7 +23,6 @@ from solver.path import ClosedForm, SolveBlock
 from solver.path.graph import ModelGraph, phases, shape_of
 
 if TYPE_CHECKING:
-    from solver.kernel.block_arrays import BlockArrays
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
     from solver.kernel.sparse_system import SparseSystem
@@ -32,6 +32,8 @@ FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
+MAX_CHAINS = 32
+"""Chains of other tearings from which searches start at most."""
 KEPT = (
     "graph",
     "block",
@@ -233,8 +235,6 @@ class BlockKernel:
 
     @cached_property
     def arrays(self) -> BlockArrays:
-        from solver.kernel.block_arrays import BlockArrays
-
         return BlockArrays(self.equations, self.unknowns, self.known, self.chains)
 
     @cached_property
@@ -313,3 +313,60 @@ def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
     if block not in kernels:
         kernels[block] = BlockKernel(graph, block)
     return kernels[block]
+
+
+class BlockArrays:
+    """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
+
+    def __init__(
+        self,
+        equations: Sequence[Equation],
+        unknowns: tuple[str, ...],
+        known: tuple[str, ...],
+        chains: Sequence[Chain],
+    ) -> None:
+        from solver.kernel.chain import compile_chain
+        from solver.path.isolate import smooth
+        from solver.ranking.sizes import Scalings
+
+        names = (*unknowns, *known)
+        self.n = len(unknowns)
+        forms = [smooth(e.left, e.right) for e in equations]
+        partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
+            (i, j): differentiate(form, unknown)
+            for i, form in enumerate(forms)
+            for j, unknown in enumerate(unknowns)
+            if unknown in nodes.names(form)
+        }
+        self.places = list(partials)
+        self._forms = compile_expressions(forms, names, arrays=True)
+        self._partials = compile_expressions(list(partials.values()), names, arrays=True)
+        self.scalings = Scalings(equations, names)
+        self.chains: list[Callable[..., Sequence[Any]]] = []
+        for chain in chains[:: -(-len(chains) // MAX_CHAINS)]:
+            steps = chain.assignments[: len(chain.assignments) - len(chain.residuals)]
+            torn = chain._replace(assignments=steps)
+            self.chains.append(compile_chain(torn, known, unknowns, arrays=True))
+
+    def residual(self, known: Sequence[float], x: Array) -> Array:
+        return self._stacked(self._forms(*x.T, *known), len(x))
+
+    def jacobian(self, known: Sequence[float], x: Array) -> Array:
+        matrices = np.zeros((len(x), self.n, self.n))
+        for (i, j), values in zip(self.places, self._partials(*x.T, *known), strict=True):
+            matrices[:, i, j] = values
+        return matrices
+
+    def starts(self, known: Sequence[float], tears: Array) -> Array:
+        """Each point (k, tears) followed along one of the chains, in rotation."""
+        found = np.empty((len(tears), self.n))
+        for place, chain in enumerate(self.chains):
+            mine = tears[place :: len(self.chains)]
+            try:
+                found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
+            except ArithmeticError:  # among the known numbers alone, which are no arrays
+                found[place :: len(self.chains)] = np.nan
+        return found
+
+    def _stacked(self, columns: Sequence[Any], k: int) -> Array:
+        return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)

@@ -285,7 +285,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
         return False
     # sympy waits until a search has left something open
-    from rulesheets.algebra.polynomials import eliminants
+    from rulesheets.algebra import eliminants
 
     equation = problem.graph.model.equations[block.residuals[0]]
     known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
@@ -381,7 +381,7 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     forms, ((p, _), (q, _)) = followed
     if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
-    from rulesheets.algebra.polynomials import resultant_of  # brings sympy
+    from rulesheets.algebra import resultant_of  # brings sympy
 
     roots = []
     for unknowns in (tears[::-1], tears):

@@ -22,7 +22,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from solver.accuracy.digits import linearized
-from solver.accuracy.rule_in_digits import absorbs
+from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import gross, sides
 from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.elimination import eliminate

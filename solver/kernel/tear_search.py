@@ -22,7 +22,7 @@ from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
 from rulesheets.syntax.nodes import Expression, Number
 from rulesheets.syntax.program import walk
-from solver.accuracy.rule_in_digits import absorbs
+from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import (

@@ -1,13 +1,14 @@
-"""Paths by the pattern of inputs."""
+"""Paths by the pattern of inputs, before any number but theirs is known, and their cases."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
-from rulesheets.model import Model, once
-from solver.path import Path
+from rulesheets.model import Model, Premise, Value, once
+from solver.path import Assume, Check, Decide, Path, SolveBlock, equations_of, given_by
+from solver.path.cases import compatible, outcomes, value_said
 from solver.path.graph import ModelGraph
 
 
@@ -44,3 +45,150 @@ class Planner:
 def planner(model: Model) -> Planner:
     """The planner of a model, with every path found so far."""
     return Planner(ModelGraph(model))
+
+
+# --- the path with its cases ---
+
+MAX_ENDS = 8
+"""The most leaves of a tree: a longer list of cases is useless."""
+
+MAX_CONDITIONS = 4
+"""Conditions of one question that are followed up: every combination of outcomes is planned."""
+
+
+class Case(NamedTuple):
+    """The rest of a path for given outcomes of conditions; one without influence is left out."""
+
+    outcomes: tuple[Premise, ...]
+    tree: PathTree
+
+
+class PathTree(NamedTuple):
+    """``path``, and the cases that follow if it ends in a question; none if there are too many."""
+
+    path: Path
+    cases: tuple[Case, ...] = ()
+
+    @property
+    def open(self) -> bool:
+        """Whether the path ends in a question without cases."""
+        return bool(question(self.path)) and not self.cases
+
+    def ends(self) -> Iterator[PathTree]:
+        """The leaves of the tree, this one if it has no cases."""
+        if not self.cases:
+            yield self
+        for case in self.cases:
+            yield from case.tree.ends()
+
+    @property
+    def branches(self) -> int | None:
+        """The largest possible number of answers; None if a block or an open question leaves it
+        open."""
+        if self.open or any(isinstance(step, SolveBlock) for step in self.path.steps):
+            return None
+        ahead = [case.tree.branches for case in self.cases]
+        known = [count for count in ahead if count is not None]
+        if len(known) < len(ahead):
+            return None
+        assumed = bool(ahead) and isinstance(self.path.steps[-1], Assume)
+        return self.path.branches * (sum(known) if assumed else max(known, default=1))
+
+
+def question(path: Path) -> tuple[int, ...]:
+    """The conditions that the rest of a path depends on."""
+    last = path.steps[-1] if path.steps else None
+    return last.conditions if isinstance(last, Decide | Assume) else ()
+
+
+def path_tree(
+    model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None = None
+) -> PathTree:
+    """The path from ``inputs`` with its cases, down to at most :data:`MAX_ENDS` ends.
+
+    Only the conditions that the inputs decide are evaluated; nothing is solved.
+    """
+    ahead = _Ahead(model, inputs, want)
+    known, decided = frozenset(inputs), outcomes(model, inputs, inputs)
+    found = ahead.tree(known, decided, frozenset(), 0)
+    for depth in range(1, len(model.conditions) + 1):
+        deeper = ahead.tree(known, decided, frozenset(), depth)
+        if deeper == found or sum(1 for _ in deeper.ends()) > MAX_ENDS:
+            break
+        found = deeper
+    return found
+
+
+class _Ahead:
+    """Plans again after each question; ``told`` are the equations that earlier steps have used."""
+
+    def __init__(
+        self, model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None
+    ) -> None:
+        self.model, self.inputs, self.want = model, inputs, want
+
+    def tree(
+        self, known: frozenset[str], decided: Mapping[int, bool], told: frozenset[int], depth: int
+    ) -> PathTree:
+        """The path from known variables, with cases down to ``depth``."""
+        path = planner(self.model).path(known, decided, want=self.want)
+        steps = (
+            step for step in path.steps if not (isinstance(step, Check) and step.equation in told)
+        )
+        path = Path(tuple(steps), path.undetermined)
+        conditions = question(path)
+        possible = {condition: self._outcomes(decided, condition) for condition in conditions}
+        implied = {condition: found[0] for condition, found in possible.items() if len(found) == 1}
+        if implied:
+            return self.tree(known, {**decided, **implied}, told, depth)
+        if not depth or not conditions or len(conditions) > MAX_CONDITIONS:
+            return PathTree(path)
+        told = told.union(*map(equations_of, path.steps))
+        return PathTree(
+            path,
+            self._cases(
+                known.union(*map(given_by, path.steps)), decided, told, conditions, depth - 1
+            ),
+        )
+
+    def _cases(
+        self,
+        known: frozenset[str],
+        decided: Mapping[int, bool],
+        told: frozenset[int],
+        open_: tuple[int, ...],
+        depth: int,
+    ) -> tuple[Case, ...]:
+        """A decision tree over the open conditions, without decisions that make no difference."""
+        if not open_:
+            return (Case((), self.tree(known, decided, told, depth)),)
+        first, rest = open_[0], open_[1:]
+        said = value_said(self.model.conditions[first])
+        named = {said[0]} if said and isinstance(said[1], str) else set()
+        found = [
+            self._cases(
+                known | named if outcome else known, {**decided, first: outcome}, told, rest, depth
+            )
+            for outcome in self._outcomes(decided, first)
+        ]
+        if found[0] == found[-1]:
+            return found[0]
+        return tuple(
+            Case((Premise(first, outcome), *case.outcomes), case.tree)
+            for outcome, cases in zip((True, False), found, strict=True)
+            for case in cases
+        )
+
+    def _outcomes(self, decided: Mapping[int, bool], condition: int) -> list[bool]:
+        """The possible outcomes of a condition, given those of others."""
+        return [
+            outcome
+            for outcome in (True, False)
+            if compatible(
+                (
+                    (self.model.conditions[k], holds)
+                    for k, holds in {**decided, condition: outcome}.items()
+                ),
+                self.inputs,
+            )
+        ] or [True, False]

@@ -25,8 +25,7 @@ from solver.path import (
     Step,
     equations_of,
 )
-from solver.path.planner import planner
-from solver.path.tree import PathTree, question
+from solver.path.planner import PathTree, planner, question
 from solver.report import few, table
 from solver.solution.solving import Result
 

@@ -22,8 +22,7 @@ from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import Comparison, Condition, Expression
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
-from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_in_digits import absorbs
+from solver.accuracy.rule_check import absorbs, check_rule
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding

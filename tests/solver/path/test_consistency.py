@@ -26,7 +26,7 @@ from solver.path.cases import (
     compatible,
     possible,
 )
-from solver.path.tree import path_tree
+from solver.path.planner import path_tree
 
 SIGNS = {"<": LESS, "<=": AT_MOST, ">": GREATER, ">=": AT_LEAST, "=": EQUAL, "<>": DIFFERENT}
 

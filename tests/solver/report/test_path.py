@@ -12,7 +12,7 @@ import solver
 from rulesheets.model import Value
 from solver.__main__ import main
 from solver.path import SolveBlock
-from solver.path.tree import MAX_ENDS, PathTree, path_tree
+from solver.path.planner import MAX_ENDS, PathTree, path_tree
 from solver.report.path import reaches, tree_text
 from solver.solution.solving import posted
 
