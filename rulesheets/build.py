@@ -26,8 +26,8 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import LIKE_PI, Source, Span, nodes
-from rulesheets.syntax.nodes import Number, children, leaves, names, rebuilt
-from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
+from rulesheets.syntax.nodes import Number, children, leaves, names, names_of, rebuilt, walk
+from rulesheets.syntax.program import Program, bodies, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
 
 # a pattern that begins with a certain character is found fast

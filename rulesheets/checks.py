@@ -24,8 +24,18 @@ from rulesheets.diagnosis import (
 )
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.syntax import LIKE_PI, Span, nodes
-from rulesheets.syntax.nodes import Call, Expression, Figure, Mark, Name, Symbol, children
-from rulesheets.syntax.program import Program, bodies, components, names_of, rules_of, walk
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Figure,
+    Mark,
+    Name,
+    Symbol,
+    children,
+    names_of,
+    walk,
+)
+from rulesheets.syntax.program import Program, bodies, components, rules_of
 
 
 def check(program: Program) -> None:

@@ -23,8 +23,7 @@ from rulesheets.evaluate import Undefined, value
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, once
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import measured, names, units_of
-from rulesheets.syntax.program import rules_of, walk
+from rulesheets.syntax.nodes import measured, names, units_of, walk
 from rulesheets.units import (
     cannot_show,
     converted,
@@ -249,6 +248,7 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
     from rulesheets.parse.sections import parse  # with it comes lark
+    from rulesheets.syntax.program import rules_of
 
     try:  # an expression of numbers, read as the right side of a rule
         sheet = parse(Source("<value>", f"value = {text}"))

@@ -11,7 +11,7 @@ from typing import NamedTuple, TypeAlias, TypeVar
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import Span, nodes
-from rulesheets.syntax.program import names_of
+from rulesheets.syntax.nodes import names_of
 
 T = TypeVar("T")
 Owner = TypeVar("Owner", bound="Model | Equation")

@@ -17,8 +17,7 @@ from rulesheets.diagnosis import refusal
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function, Inverse
-from rulesheets.syntax.nodes import Call, Expression, call
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, call, walk
 
 PYTHON = "<python>"
 """The source of a function that no file of a sheet has registered."""

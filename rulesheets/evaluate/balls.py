@@ -16,8 +16,7 @@ from flint import arb, arb_mat, ctx
 from rulesheets.evaluate.number import Arithmetic, Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names, walk
 
 Ball: TypeAlias = Any
 """An ``arb`` of python-flint (which has no types of its own)."""

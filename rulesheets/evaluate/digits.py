@@ -25,8 +25,8 @@ from rulesheets.syntax.nodes import (
     Quotient,
     children,
     names,
+    walk,
 )
-from rulesheets.syntax.program import walk
 
 Extended: TypeAlias = Any
 """A number of mpmath (which has no types of its own)."""

@@ -34,8 +34,8 @@ from rulesheets.syntax.nodes import (
     Range,
     RuleBody,
     children,
+    walk,
 )
-from rulesheets.syntax.program import walk
 
 if TYPE_CHECKING:
     from rulesheets.syntax.forms import Form

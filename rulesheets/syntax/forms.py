@@ -24,8 +24,8 @@ from rulesheets.syntax.nodes import (
     Power,
     children,
     rebuilt,
+    walk,
 )
-from rulesheets.syntax.program import walk
 
 LONGEST = 3_000
 """Characters of a rule that is compared: ten thousand forms of so many are remembered."""

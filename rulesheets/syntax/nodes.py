@@ -6,7 +6,8 @@ syntax and, once names are bound, as the mathematics that the solver works on.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from math import inf
 from operator import attrgetter
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform, overload
 
@@ -501,6 +502,25 @@ def leaves(node: Expression | Condition, kind: type[_Leaf]) -> Iterator[_Leaf]:
             stack.extend(parts[::-1])
 
 
+def walk(
+    *roots: Expression | Condition,
+) -> Iterator[Expression | Condition]:
+    """Nodes and all their parts, left to right, each before its own parts."""
+    stack = [*reversed(roots)]
+    while stack:
+        item = stack.pop()
+        yield item
+        stack.extend(reversed(children(item)))
+
+
+def names_of(body: RuleBody) -> Iterable[str]:
+    """The variables of a rule, not of its arms, left to right."""
+    if isinstance(body, Equality) and body.like is not None:
+        found: Iterable[str] = body.like.names
+        return found
+    return (name for operand in children(body) for name in names(operand))
+
+
 def measured(node: Expression) -> tuple[float, str] | None:
     """``3[in]`` and ``-3[in]`` as number and unit; None for anything else."""
     match node:
@@ -558,3 +578,24 @@ def map_leaves(
     if isinstance(expression, Name | Number | Symbol):
         return change(expression)
     return rebuilt(expression, tuple(map_leaves(part, change) for part in children(expression)))
+
+
+def degree(expression: Expression, unknowns: Collection[str]) -> float:
+    """The degree in the unknowns of a polynomial as written, with any coefficients, or after
+    multiplying by divisors that are products, which count as one more; infinite for others."""
+    match expression:
+        case Name(name):
+            return float(name in unknowns)
+        case Negative(operand):
+            return degree(operand, unknowns)
+        case Sum(terms):
+            return max(degree(term, unknowns) for term in terms)
+        case Product(left, right):
+            return degree(left, unknowns) + degree(right, unknowns)
+        case Quotient(left, right) if degree(right, unknowns) == 0.0:
+            return degree(left, unknowns)
+        case Quotient(left, right) if not any(isinstance(node, Sum) for node in walk(right)):
+            return 1.0 + degree(left, unknowns) + degree(right, unknowns)
+        case Power(base, Number(power)) if power.is_integer() and power > 0.0:
+            return power * degree(base, unknowns)
+    return inf if any(name in unknowns for name in names(expression)) else 0.0

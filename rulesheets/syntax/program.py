@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
-from math import inf
 
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import children, names
 
 
 @dataclass(eq=False)
@@ -75,25 +73,6 @@ def bodies(body: nodes.RuleBody) -> Iterator[nodes.RuleBody]:
             stack.extend(arm for arm in (item.otherwise, item.then) if arm is not None)
 
 
-def names_of(body: nodes.RuleBody) -> Iterable[str]:
-    """The variables of a rule, not of its arms, left to right."""
-    if isinstance(body, nodes.Equality) and body.like is not None:
-        found: Iterable[str] = body.like.names
-        return found
-    return (name for operand in children(body) for name in names(operand))
-
-
-def walk(
-    *roots: nodes.Expression | nodes.Condition,
-) -> Iterator[nodes.Expression | nodes.Condition]:
-    """Nodes and all their parts, left to right, each before its own parts."""
-    stack = [*reversed(roots)]
-    while stack:
-        item = stack.pop()
-        yield item
-        stack.extend(reversed(children(item)))
-
-
 def components(
     rule: nodes.RuleBody, functions: Mapping[str, nodes.Function]
 ) -> tuple[nodes.RuleBody, ...]:
@@ -131,26 +110,3 @@ def _as_call(
     if not isinstance(side, nodes.Call) or side.function not in functions:
         return None
     return nodes.CallRule(side.function, side.arguments, results, side.span or span)
-
-
-def degree(expression: nodes.Expression, unknowns: Collection[str]) -> float:
-    """The degree in the unknowns of a polynomial as written, with any coefficients, or after
-    multiplying by divisors that are products, which count as one more; infinite for others."""
-    match expression:
-        case nodes.Name(name):
-            return float(name in unknowns)
-        case nodes.Negative(operand):
-            return degree(operand, unknowns)
-        case nodes.Sum(terms):
-            return max(degree(term, unknowns) for term in terms)
-        case nodes.Product(left, right):
-            return degree(left, unknowns) + degree(right, unknowns)
-        case nodes.Quotient(left, right) if degree(right, unknowns) == 0.0:
-            return degree(left, unknowns)
-        case nodes.Quotient(left, right) if not any(
-            isinstance(node, nodes.Sum) for node in walk(right)
-        ):
-            return 1.0 + degree(left, unknowns) + degree(right, unknowns)
-        case nodes.Power(base, nodes.Number(power)) if power.is_integer() and power > 0.0:
-            return power * degree(base, unknowns)
-    return inf if any(name in unknowns for name in names(expression)) else 0.0

@@ -34,9 +34,10 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    degree,
     names,
+    walk,
 )
-from rulesheets.syntax.program import degree, walk
 from rulesheets.units import SYSTEMS
 from rulesheets.units.dimensions import (
     RELATIVE,

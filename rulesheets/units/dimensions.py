@@ -34,8 +34,8 @@ from rulesheets.syntax.nodes import (
     bare,
     leaves,
     names,
+    walk,
 )
-from rulesheets.syntax.program import walk
 
 Exponents = dict[str, Any]
 """Integers or fractions by the names of base units, and a float for SIZE."""

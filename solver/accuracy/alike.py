@@ -32,8 +32,8 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST

@@ -14,8 +14,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.digits import context, extended_derivatives
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Expression, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Expression, subtract, walk
 from solver.accuracy.rule_check import in_decimals
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate_rows

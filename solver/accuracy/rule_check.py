@@ -24,8 +24,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended, extended_derivatives
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, walk
 from solver.accuracy.rule_sides import (
     RuleCheck,
     gross,

@@ -12,8 +12,7 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value, once
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, map_leaves
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, map_leaves, walk
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
 MANY = 30

@@ -13,14 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from rulesheets.diagnosis import (
-    Diagnosis,
-    RuleSheetError,
-    error_at,
-    refusal,
-    refuse,
-    suggestion,
-)
+from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, suggestion
 from rulesheets.inputs import (
     not_finite,
     parse_input,

@@ -18,8 +18,7 @@ from rulesheets.evaluate.digits import context, extended_derivatives, in_many_di
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import ZERO, Call, Expression, Number, Quotient, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import ZERO, Call, Expression, Number, Quotient, subtract, walk
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
 from solver.accuracy.rule_sides import sides, symbol_of
 from solver.numerics.elimination import eliminate_rows, independent_rows

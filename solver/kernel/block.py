@@ -1,39 +1,35 @@
 """A simultaneous block of a path: residual, Jacobian and the chains of its tearing, compiled on
-use."""
+use; and the candidates of its closed form."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
-from rulesheets.model import Equation
+from rulesheets.evaluate import NotDifferentiable, differentiate, value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, subtract
-from rulesheets.syntax.program import degree
+from rulesheets.syntax.nodes import Expression, degree, subtract
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
-from solver.numerics.tolerances import CUBE_ROOT, SMALL
-from solver.path import ClosedForm, SolveBlock
+from solver.numerics.tolerances import CLEAR, CUBE_ROOT, SMALL, UNCANCELLED
+from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola, SolveBlock
 from solver.path.graph import ModelGraph, phases, shape_of
 
 if TYPE_CHECKING:
     from solver.kernel.chain import Chain
     from solver.kernel.enclosure import Enclosure
-    from solver.kernel.sparse_system import SparseSystem
+    from solver.kernel.sparse_system import BlockArrays, SparseSystem
     from solver.path.shapes import Alike
 
 FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
-MAX_CHAINS = 32
-"""Chains of other tearings from which searches start at most."""
 KEPT = (
     "graph",
     "block",
@@ -235,6 +231,8 @@ class BlockKernel:
 
     @cached_property
     def arrays(self) -> BlockArrays:
+        from solver.kernel.sparse_system import BlockArrays
+
         return BlockArrays(self.equations, self.unknowns, self.known, self.chains)
 
     @cached_property
@@ -315,58 +313,121 @@ def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:
     return kernels[block]
 
 
-class BlockArrays:
-    """The smooth forms of a block on points (k, n), its chains on tears (k, t); compiled once."""
+# --- the candidates of a closed form, over numbers of any kind ---
+#
+# The formulas are written once, with the operators of numbers. A ``FormulaNumbers`` says what the
+# numbers are: floats, nodes of a program, expressions of a chain.
 
-    def __init__(
-        self,
-        equations: Sequence[Equation],
-        unknowns: tuple[str, ...],
-        known: tuple[str, ...],
-        chains: Sequence[Chain],
-    ) -> None:
-        from solver.kernel.chain import compile_chain
-        from solver.path.isolate import smooth
-        from solver.ranking.sizes import Scalings
 
-        names = (*unknowns, *known)
-        self.n = len(unknowns)
-        forms = [smooth(e.left, e.right) for e in equations]
-        partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
-            (i, j): differentiate(form, unknown)
-            for i, form in enumerate(forms)
-            for j, unknown in enumerate(unknowns)
-            if unknown in nodes.names(form)
-        }
-        self.places = list(partials)
-        self._forms = compile_expressions(forms, names, arrays=True)
-        self._partials = compile_expressions(list(partials.values()), names, arrays=True)
-        self.scalings = Scalings(equations, names)
-        self.chains: list[Callable[..., Sequence[Any]]] = []
-        for chain in chains[:: -(-len(chains) // MAX_CHAINS)]:
-            steps = chain.assignments[: len(chain.assignments) - len(chain.residuals)]
-            torn = chain._replace(assignments=steps)
-            self.chains.append(compile_chain(torn, known, unknowns, arrays=True))
+class FormulaNumbers:
+    """The numbers of one branch of candidates, and what it asks of them.
 
-    def residual(self, known: Sequence[float], x: Array) -> Array:
-        return self._stacked(self._forms(*x.T, *known), len(x))
+    ``let`` and ``coefficient`` give the value of a formula and the number of a coefficient, at
+    known values; ``kept`` the values kept of the numbers of a point. ``apart`` returns a divisor
+    that is not 0, ``square_roots`` both roots of the difference of two numbers (none of a negative
+    one), ``signed`` one of them with the sign of another number. ``fork`` begins another branch.
+    """
 
-    def jacobian(self, known: Sequence[float], x: Array) -> Array:
-        matrices = np.zeros((len(x), self.n, self.n))
-        for (i, j), values in zip(self.places, self._partials(*x.T, *known), strict=True):
-            matrices[:, i, j] = values
-        return matrices
+    def roots(self: Any, a: Any, b: Any, c: Any) -> tuple[Any, ...]:
+        """The roots of ``a x² + b x + c``, without cancellation."""
+        below = self.apart(a)
+        for root in self.square_roots(b * b, 4.0 * (a * c))[:1]:
+            q = -0.5 * (b + self.signed(root, b))
+            return q / below, c / q
+        return ()
 
-    def starts(self, known: Sequence[float], tears: Array) -> Array:
-        """Each point (k, tears) followed along one of the chains, in rotation."""
-        found = np.empty((len(tears), self.n))
-        for place, chain in enumerate(self.chains):
-            mine = tears[place :: len(self.chains)]
-            try:
-                found[place :: len(self.chains)] = self._stacked(chain(*mine.T, *known), len(mine))
-            except ArithmeticError:  # among the known numbers alone, which are no arrays
-                found[place :: len(self.chains)] = np.nan
-        return found
 
-    def _stacked(self, columns: Sequence[Any], k: int) -> Array:
-        return np.stack([np.broadcast_to(column, (k,)) for column in columns], axis=1)
+def candidates(
+    form: ClosedForm, on: Any, known: Mapping[str, Any]
+) -> Iterator[tuple[Any, dict[str, Any]]]:
+    """Every candidate: the arithmetic of its branch, and the ``known`` values with those kept of
+    all generators."""
+    if not form:
+        yield on, dict(known)
+        return
+    formula, rest = form[0], form[1:]
+    if isinstance(formula, Let):
+        yield from candidates(rest, on, {**known, formula.name: on.let(formula, known)})
+        return
+    for point in list(_points(formula, on, known)):
+        branch = on.fork()
+        yield from candidates(rest, branch, {**known, **branch.kept(formula, point)})
+
+
+def _points(formula: Formula, on: Any, known: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+    numbers = (on.coefficient(part, known) for part in formula if isinstance(part, Coefficient))
+    match formula:
+        case Parabola(name):
+            yield from ({name: root} for root in on.roots(*numbers))
+        case Circle(x, y):
+            a, b, k, square = numbers
+            length = on.apart(a * a + b * b)
+            for root in on.square_roots(length * square, k * k):
+                yield {x: (a * k - b * root) / length, y: (b * k + a * root) / length}
+
+
+class Unclear(Exception):
+    """A divisor or a discriminant is too near to zero for the formulas to cover every solution."""
+
+
+class Rounded:
+    """A float, the sizes of the ``terms`` of its last sum together, and the ``size`` that they had
+    before anything cancelled."""
+
+    def __init__(self, number: float, terms: float = 0.0, size: float = 0.0) -> None:
+        self.number, self.terms, self.size = number, terms, size
+
+    def __add__(self, other: Rounded) -> Rounded:
+        terms = abs(self.number) + abs(other.number)
+        return Rounded(self.number + other.number, terms, self.size + other.size)
+
+    def __sub__(self, other: Rounded) -> Rounded:
+        return self + -1.0 * other
+
+    def __mul__(self, other: Rounded) -> Rounded:
+        return Rounded(self.number * other.number, 0.0, self.size * other.size)
+
+    def __rmul__(self, factor: float) -> Rounded:
+        return Rounded(factor * self.number, 0.0, abs(factor) * self.size)
+
+    def __truediv__(self, other: Rounded) -> Rounded:
+        return Rounded(self.number / other.number)
+
+
+class RoundedFloats(FormulaNumbers):
+    """Raises Unclear where rounding may hide an answer, or create one."""
+
+    def fork(self) -> RoundedFloats:
+        return self
+
+    def let(self, formula: Let, known: Mapping[str, Any]) -> float:
+        number, size = value(formula.expression, known), formula.size
+        if formula.divisor and (size is None or abs(number) <= CLEAR * value(size, known)):
+            raise Unclear
+        return number
+
+    def coefficient(self, part: Coefficient, known: Mapping[str, Any]) -> Rounded:
+        size = value(part.size, known)
+        return Rounded(value(part.expression, known), size, size)
+
+    def apart(self, number: Rounded) -> Rounded:
+        least = max(CLEAR * number.terms, UNCANCELLED * number.size)
+        if not (math.isfinite(number.size) and abs(number.number) > least):
+            raise Unclear
+        return number
+
+    def square_roots(self, one: Rounded, other: Rounded) -> tuple[Rounded, ...]:
+        square = self.apart(one - other).number
+        return tuple(Rounded(s * math.sqrt(square)) for s in (1.0, -1.0) if square >= 0.0)
+
+    def signed(self, root: Rounded, like: Rounded) -> Rounded:
+        return Rounded(math.copysign(root.number, like.number))
+
+    def roots(self, a: Rounded, b: Rounded, c: Rounded) -> tuple[Rounded, ...]:
+        return super().roots(a, b, c) if a.size else (-1.0 * c / self.apart(b),)
+
+    def kept(self, formula: Any, found: Mapping[str, Rounded]) -> dict[str, float]:
+        return {name: number.number for name, number in found.items()}
+
+
+FLOATS = RoundedFloats()

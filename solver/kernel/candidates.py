@@ -11,8 +11,7 @@ import numpy as np
 
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Call
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, jumps
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange

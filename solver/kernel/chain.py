@@ -39,10 +39,9 @@ from rulesheets.syntax.nodes import (
     is_number,
     rebuilt,
     substitute,
+    walk,
 )
-from rulesheets.syntax.program import walk
-from solver.kernel.emitter import Emitter
-from solver.kernel.interval_code import factors, times, without
+from solver.kernel.emitter import Emitter, factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph

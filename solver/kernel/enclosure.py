@@ -25,7 +25,7 @@ from solver.kernel.chain import (
     steps,
     stepwise,
 )
-from solver.kernel.interval_code import IntervalEmitter, Pair
+from solver.kernel.emitter import IntervalEmitter, Pair
 
 # --- interval operations that compiled code calls ---
 

@@ -21,7 +21,7 @@ import numpy as np
 from rulesheets.syntax.nodes import Expression
 from solver.facts import Attempt, Beside, Method, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
-from solver.kernel.interval_code import IntervalEmitter
+from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import FIRST_ROUND, BlockProblem
 from solver.numerics.linear_algebra import Array

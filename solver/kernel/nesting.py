@@ -20,9 +20,17 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.model import Variable
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, Name, Quotient, call, rebuilt, substitute
-from rulesheets.syntax.program import walk
-from solver.kernel.block import BlockKernel
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Quotient,
+    call,
+    rebuilt,
+    substitute,
+    walk,
+)
+from solver.kernel.block import BlockKernel, candidates
 from solver.kernel.chain import (
     MAX_CHAINS,
     RESIDUAL,
@@ -32,7 +40,6 @@ from solver.kernel.chain import (
     assigned,
     is_exhaustive,
 )
-from solver.kernel.closed_form import candidates
 from solver.path import Coefficient, Let
 from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph

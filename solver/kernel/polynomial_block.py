@@ -30,8 +30,8 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import is_clearly_violated
@@ -39,13 +39,7 @@ from solver.numerics.linear_algebra import are_alike
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import (
-    UNIT,
-    NoForm,
-    Polynomial,
-    constant,
-    generator,
-)
+from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator
 
 HIGHEST_DEGREE = 12
 ALGEBRAIC = frozenset({"sqrt", "abs", "min", "max", "pi"})

@@ -15,10 +15,9 @@ from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, walk
 from solver.facts import Attempt, Fact, Method, NoRoot
-from solver.kernel.block import DENSE, BlockKernel
+from solver.kernel.block import DENSE, FLOATS, BlockKernel, Unclear, candidates
 from solver.kernel.candidates import (
     MOST_ANSWERS,
     MOST_REPEATED,
@@ -26,7 +25,6 @@ from solver.kernel.candidates import (
     Candidates,
     Undecided,
 )
-from solver.kernel.closed_form import FLOATS, Unclear, candidates
 from solver.kernel.problem import BlockProblem, Budget, Fits, InputErrors
 from solver.path import ClosedForm
 

@@ -36,8 +36,8 @@ from rulesheets.syntax.nodes import (
     names,
     negative,
     subtract,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
@@ -419,10 +419,8 @@ class Lifting:
             tuple[float, NDArray[np.intp], NDArray[np.intp], Array, Callable[..., Any]]
         ] = []
         for shape, differences in pairs if self.added else ():
-            places, form = (
-                np.where(shape.places < n, shape.places, shape.places + self.added),
-                shape.form,
-            )
+            form = shape.form
+            places = np.where(shape.places < n, shape.places, shape.places + self.added)
             for number, difference in enumerate(differences):
                 mine, new = np.arange(total, total + len(shape.rows)), Name(f"#{len(places)}")
                 total += len(mine)

@@ -135,10 +135,8 @@ class StepSolver:
     ) -> None:
         self.graph, self.index, self.unknown, self.guess = graph, equation, unknown, guess
         self.careful = careful
-        self.equation, self.variable = (
-            graph.model.equations[equation],
-            graph.model.variables[unknown],
-        )
+        self.equation = graph.model.equations[equation]
+        self.variable = graph.model.variables[unknown]
         isolation, names = graph.isolated(equation, graph.number[unknown])
         assert isolation is not None
         self.isolation, own = isolation, self.equation.names
@@ -239,12 +237,10 @@ class StepSolver:
         """Why none of these preimages is an answer."""
         delicate = self.delicate
         if outside is not None:
-            lost = not check_rule(
-                self.equation, self._floats(outside)
-            ).holds  # beside a larger number
-            return StepOutcome(
-                fact=OutOfRange(self.index, self.unknown, outside), delicate=delicate or lost
-            )
+            # beside a larger number
+            lost = not check_rule(self.equation, self._floats(outside)).holds
+            fact = OutOfRange(self.index, self.unknown, outside)
+            return StepOutcome(fact=fact, delicate=delicate or lost)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, self.unknown))
         for number in numbers:

@@ -20,18 +20,11 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Expression, Number
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Expression, Number, walk
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import terms, with_named_numbers
 from solver.kernel.block import BlockKernel
-from solver.kernel.candidates import (
-    MOST_REPEATED,
-    Answer,
-    BlockOutcome,
-    Candidates,
-    Undecided,
-)
+from solver.kernel.candidates import MOST_REPEATED, Answer, BlockOutcome, Candidates, Undecided
 from solver.kernel.chain import Chain, followed
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
@@ -169,11 +162,8 @@ class TearSearch:
     def _search(self, place: int, within: Sequence[Interval] | None) -> bool:
         """Find the roots along one chain. True if they are proven to be all of it."""
         expect_time()
-        enclosure, known, candidates = (
-            self.kernel.enclosure(place),
-            self.problem.known,
-            self.candidates,
-        )
+        enclosure, known = self.kernel.enclosure(place), self.problem.known
+        candidates = self.candidates
         smooth, function = enclosure.smooth, self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(

@@ -84,10 +84,8 @@ class Point(NamedTuple):
     def explains(self) -> bool:
         """Whether the step accounts for the residual: F + J dx is small relative to F, or to the
         sizes of the rules. (If rank is lost at a minimum of |F| it does not.)"""
-        left, sizes = (
-            np.abs(self.residual + self.jacobian @ self.step),
-            row_sizes(self.jacobian, self.weight),
-        )
+        left = np.abs(self.residual + self.jacobian @ self.step)
+        sizes = row_sizes(self.jacobian, self.weight)
         return bool((left <= np.maximum(0.5 * np.abs(self.residual), VANISHING * sizes)).all())
 
 

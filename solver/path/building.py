@@ -13,8 +13,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import subtract
-from rulesheets.syntax.program import degree
+from rulesheets.syntax.nodes import degree, subtract
 from solver.numerics.elimination import independent_rows
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import ON_RULES, REPEATED

@@ -28,8 +28,8 @@ from rulesheets.syntax.nodes import (
     children,
     map_leaves,
     rebuilt,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.path import Isolation, SolveBlock, Step, equations_of, given_by
 
 FOLDING = (0.0, 1.0, -1.0)

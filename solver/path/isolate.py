@@ -34,8 +34,8 @@ from rulesheets.syntax.nodes import (
     is_number,
     negative,
     rebuilt,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.path import TARGET, Isolation, Quadratic, Stage
 from solver.path.polynomial import NoForm
 

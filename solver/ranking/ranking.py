@@ -119,10 +119,8 @@ class Ranking:
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
         self._model, self._suggestions = model, signs.suggestions
-        every, alike = (
-            (*self.read, *self.known),
-            {signs.kinds.get(n) for n in known if n in signs.radii},
-        )
+        every = (*self.read, *self.known)
+        alike = {signs.kinds.get(n) for n in known if n in signs.radii}
         positive = {
             n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike
         }

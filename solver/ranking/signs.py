@@ -29,9 +29,9 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     is_number,
+    walk,
 )
 from rulesheets.syntax.nodes import names as names_in
-from rulesheets.syntax.program import walk
 from solver.path.graph import STEPS, angle_evidence, by_shape, phases
 
 MANY = 200

@@ -35,8 +35,8 @@ from rulesheets.syntax.nodes import (
     is_number,
     names,
     subtract,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.numerics.tolerances import NULL
 from solver.path.graph import shape_of
 
@@ -205,13 +205,8 @@ class _Balances:
         nodes: frozenset[str] = frozenset(),
         sharing: bool = False,
     ) -> None:
-        self.vanishing, self.exact, self.cancelling, self.nodes = (
-            vanishing,
-            exact,
-            cancelling,
-            nodes,
-        )
-        self.sharing = sharing
+        self.vanishing, self.nodes = vanishing, nodes
+        self.exact, self.cancelling, self.sharing = exact, cancelling, sharing
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0

@@ -7,20 +7,11 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partialmethod
 from typing import assert_never
 
-from rulesheets.diagnosis import (
-    MAX_NAMED,
-    Diagnosis,
-    Label,
-    Severity,
-    closest,
-    listed,
-    plural,
-)
+from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, closest, listed, plural
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import And, Name
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import And, Name, walk
 from solver import facts
 from solver.leaves import Asked, Leaf
 from solver.solution.remedy import (
@@ -54,11 +45,8 @@ def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagno
 
 class _Explanation:
     def __init__(self, asked: Asked, verdict: Verdict, patience: Patience) -> None:
-        self.asked, self.verdict, self.patience = (
-            asked._replace(want=None, guesses={}),
-            verdict,
-            patience,
-        )
+        self.asked = asked._replace(want=None, guesses={})
+        self.verdict, self.patience = verdict, patience
         self.model, self.inputs, self.judged = asked.model, asked.inputs, asked.judged
         self.leaf: Leaf | None = verdict.leaves[0] if verdict.leaves else None
         posted = {name for name, variable in self.model.variables.items() if variable.posted}

@@ -54,8 +54,7 @@ from solver.path import (
 )
 from solver.path.cases import EQUAL, Pair, Sign, comparisons
 from solver.path.graph import Kind, continued, kind_of, unknowns_by_kind
-from solver.solution.adjust import agreed
-from solver.solution.ends import Ends
+from solver.solution.ends import Ends, agreed
 
 MANY_BLOCKS = 8
 """Blocks of a path from which on it is solved as one block where there are too many answers to

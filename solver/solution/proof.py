@@ -37,8 +37,7 @@ from rulesheets.evaluate.balls import (
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Expression, subtract, walk
 from solver.accuracy.rule_sides import symbol_of
 from solver.facts import DoubleRoot, Proof
 from solver.leaves import Leaf
@@ -187,10 +186,8 @@ def proved_root(
 ) -> dict[str, Ball] | None:
     """Balls around ``middle`` with exactly one root for any ``known`` numbers; None without
     proof."""
-    names, image = (
-        square.unknowns,
-        partial(_image, square, known, jumps(square.forms, square.unknowns)),
-    )
+    names = square.unknowns
+    image = partial(_image, square, known, jumps(square.forms, names))
     try:
         proved = _inflated(image, list(middle))
         if proved is None:
@@ -245,8 +242,7 @@ def _image(
 
 
 def _inflated(
-    image: Callable[[Sequence[Ball], Sequence[Ball]], list[Ball] | None],
-    middle: list[Ball],
+    image: Callable[[Sequence[Ball], Sequence[Ball]], list[Ball] | None], middle: list[Ball]
 ) -> tuple[list[Ball], list[Ball]] | None:
     """A box whose image lies inside it, and the image."""
     size = max(float(m.abs_upper()) for m in middle) or 1.0

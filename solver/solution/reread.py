@@ -27,8 +27,7 @@ from rulesheets.evaluate.digits import (
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import (

@@ -14,8 +14,7 @@ from numpy.typing import ArrayLike
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import subtract
-from rulesheets.syntax.program import degree
+from rulesheets.syntax.nodes import degree, subtract
 from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf

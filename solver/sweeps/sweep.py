@@ -403,10 +403,8 @@ class Outcome(NamedTuple):
             return "no rows"
         pairs = zip(self.counts, WORDS, strict=True)
         parts = ", ".join(f"{count:,} {status}" for count, status in pairs if count)
-        rows, have = (
-            f"{self.rows:,} row{'s' * (self.rows > 1)}",
-            "has" if self.several == 1 else "have",
-        )
+        rows = f"{self.rows:,} row{'s' * (self.rows > 1)}"
+        have = "has" if self.several == 1 else "have"
         first = f"\n{self.several:,} of {rows} {have} several answers; the first of each is shown"
         return f"{rows}: {parts}{first if self.several else ''}"
 

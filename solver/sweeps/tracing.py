@@ -100,10 +100,8 @@ class CurveSystem:
             return None
         equations = [equations[i] for i in kept]
         block = SolveBlock(tuple(e.index for e in equations), self.names, ())
-        kernel, jumps = (
-            kernel_of(self.graph, block),
-            [self.jump.get(e.index, math.inf) for e in equations],
-        )
+        kernel = kernel_of(self.graph, block)
+        jumps = [self.jump.get(e.index, math.inf) for e in equations]
         known: list[Any] = [self.fixed[name] for name in kernel.known]
         misses, derivatives = kernel.residual(known), kernel.jacobian(known)
 

@@ -26,8 +26,8 @@ from rulesheets.syntax.nodes import (
     Sum,
     children,
     names,
+    walk,
 )
-from rulesheets.syntax.program import walk
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.numerics.tolerances import BACKWARD
 from solver.trace.flow import LIBRARY, Flow, Numbers

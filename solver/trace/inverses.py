@@ -10,8 +10,7 @@ from typing import TypeAlias
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name
 from solver.accuracy.rule_sides import symbol_of
-from solver.kernel.block import kernel_of
-from solver.kernel.closed_form import FormulaNumbers, candidates
+from solver.kernel.block import FormulaNumbers, candidates, kernel_of
 from solver.kernel.step import is_affine, is_scaled, window
 from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (

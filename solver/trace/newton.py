@@ -26,8 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
-from rulesheets.syntax.nodes import Expression, Quotient, names
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Expression, Quotient, names, walk
 from solver.kernel.block import BlockKernel, partials_of
 from solver.kernel.chain import jumps
 from solver.path.isolate import without_logarithm

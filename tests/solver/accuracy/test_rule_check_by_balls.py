@@ -17,8 +17,7 @@ import rulesheets
 from benchmarks import hostile_small
 from benchmarks.hostile_sheets import Dice
 from rulesheets.evaluate import Undefined
-from rulesheets.syntax.nodes import Number, names
-from rulesheets.syntax.program import walk
+from rulesheets.syntax.nodes import Number, names, walk
 from solver.accuracy import rule_check, rule_sides
 
 SHEETS = 1_800

@@ -23,7 +23,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     call,
 )
-from solver.kernel.interval_code import IntervalEmitter
+from solver.kernel.emitter import IntervalEmitter
 
 X, Y, K = Name("x"), Name("y"), Name("k")
 LEAVES = st.sampled_from([X, Y, K, Number(2.0), Number(-0.5), Number(0.0)])

@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 import rulesheets
 import solver
 from rulesheets.evaluate import Undefined, value
-from solver.kernel.interval_code import IntervalEmitter
+from solver.kernel.emitter import IntervalEmitter
 
 LOAN = rulesheets.load(str(Path(__file__).parents[3] / "models" / "loan" / "model.tk"))
 RATES = solver.prepare(LOAN, ["payment", "term"], ["rate"])

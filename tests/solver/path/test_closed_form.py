@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 import rulesheets
 from rulesheets.model import Model
 from rulesheets.syntax.nodes import Number
-from solver.kernel.closed_form import FLOATS, Unclear, candidates
+from solver.kernel.block import FLOATS, Unclear, candidates
 from solver.path import Circle, Coefficient, Let, Parabola
 from solver.path.elimination import closed_form
 from solver.path.graph import ModelGraph
