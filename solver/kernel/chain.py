@@ -10,6 +10,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from fractions import Fraction
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
@@ -45,6 +46,7 @@ from solver.kernel.emitter import Emitter, factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
+from solver.path.polynomial import Monomial, NoForm, Polynomial, generator, in_parts
 
 MAX_CHAINS = 256
 RESIDUAL = "#residual"
@@ -93,7 +95,9 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
         itertools.product(*_alternatives(graph, block)), MAX_CHAINS
     ):
         steps = tuple(itertools.chain.from_iterable(combination))
-        found.append(Chain(block.tears, (*steps, *residuals), tuple(rules)))
+        like = _LikeTerms(block.tears, steps)
+        own = [item._replace(expression=like.collected(item.expression)) for item in residuals]
+        found.append(Chain(block.tears, (*steps, *own), tuple(rules)))
     return tuple(found)
 
 
@@ -110,6 +114,90 @@ def _residual(name: str, rule: Equation) -> list[Assignment]:
                 Assignment(name, y * c - x * s),
             ]
     return [Assignment(name, rule.left - rule.right)]
+
+
+class _LikeTerms:
+    """Sums without the terms that cancel in them once the steps of a chain are put in: ``w - (x +
+    y)`` is ``f - y`` after the step ``w := f + x``, and ``x - min((a + n*x)/n, y)`` is the negative
+    of ``min(a/n, y - x)``. Over a range of x only these are narrow far from 0."""
+
+    def __init__(self, tears: Sequence[str], steps: Sequence[Assignment]) -> None:
+        self._steps = {item.name: item.expression for item in steps}
+        self._moving = {*tears, *self._steps}
+        self._parts = dict[Expression, str]()
+
+    def collected(self, node: Expression) -> Expression:
+        """The sum; the node itself if nothing cancels."""
+        try:
+            terms = self._terms(node)
+            whole = Polynomial.of(terms)
+            for part, name in [*self._parts.items()]:
+                factor = whole.get(((name, 1),))
+                if factor is not None and (choices := _choices(part)):
+                    rest = (whole - generator(name) * factor) * (1 / factor)
+                    every = [[*self._terms(one), *rest.items()] for one in choices.arguments]
+                    if any(map(self._cancels, every)):
+                        inside = (self._expression(Polynomial.of(some)) for some in every)
+                        return _multiple(factor, call(choices.function, *inside))
+            return self._expression(whole) if self._cancels(terms) else node
+        except (NoForm, ZeroDivisionError):
+            return node
+
+    def _terms(self, node: Expression) -> list[tuple[Monomial, Fraction]]:
+        """The terms of a sum, those of the steps in it among them. Raises NoForm and
+        ZeroDivisionError."""
+        found = list[tuple[Monomial, Fraction]]()
+        for monomial, factor in in_parts(node, _number, self._parts).items():
+            step = next((n for n, power in monomial if power == 1 and n in self._steps), None)
+            if step is None:
+                found.append((monomial, factor))
+                continue
+            rest = Polynomial({tuple(item for item in monomial if item[0] != step): factor})
+            for one, number in self._terms(self._steps[step]):
+                found += (rest * Polynomial({one: number})).items()
+            if len(found) > LONGEST:
+                raise NoForm
+        return found
+
+    def _cancels(self, terms: Sequence[tuple[Monomial, Fraction]]) -> bool:
+        """Whether unknowns cancel, and nothing that may be undefined."""
+        lost = {monomial for monomial, _ in terms} - Polynomial.of(terms).keys()
+        parts = [item for monomial in lost for item in monomial]
+        defined = all(power > 0 and name not in self._parts.values() for name, power in parts)
+        return defined and any(name in self._moving for name, _ in parts)
+
+    def _expression(self, terms: Polynomial) -> Expression:
+        meaning = {name: part for part, name in self._parts.items()}
+        sums = list[Expression]()
+        for monomial, factor in terms.items():
+            powers = [(meaning.get(name, Name(name)), power) for name, power in monomial]
+            above = times(*(base ** float(power) for base, power in powers if power > 0))
+            below = times(*(base ** float(-power) for base, power in powers if power < 0))
+            sums.append(_multiple(factor, above / below))
+        return add(*sums)
+
+
+def _number(part: Expression) -> Fraction | None:
+    return Fraction(part.value) if isinstance(part, Number) else None
+
+
+def _choices(part: Expression) -> Call | None:
+    """What a kink chooses among, as a minimum or a maximum."""
+    match part:
+        case Call("abs", (inside,)):
+            return Call("max", (inside, -inside))
+        case Call(function) if function in CHOOSING:
+            return part
+    return None
+
+
+def _multiple(factor: Fraction, expression: Expression) -> Expression:
+    """A multiple, exactly. Raises NoForm if it needs a number that is no float."""
+    above, below = map(float, factor.as_integer_ratio())
+    if Fraction(above) / Fraction(below) != factor:
+        raise NoForm
+    scaled = abs(above) * expression / below
+    return -scaled if above < 0.0 else scaled
 
 
 def _alternatives(
@@ -316,8 +404,8 @@ def slope_chain(chain: Chain) -> Chain | None:
                 return None
             slopes.append(Assignment(f"d {item.name}", add(*terms)))
             moving[item.name] = Name(slopes[-1].name)
-    if chain.residuals[0] not in moving:
-        return None
+    if chain.residuals[0] not in moving:  # it is constant
+        slopes.append(Assignment(f"d {chain.residuals[0]}", ZERO))
     return Chain(chain.tears, (*chain.assignments, *slopes), (slopes[-1].name,))
 
 
