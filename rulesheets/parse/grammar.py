@@ -38,7 +38,7 @@ from rulesheets.syntax.nodes import (
 )
 
 if TYPE_CHECKING:
-    from rulesheets.syntax.forms import Form
+    from rulesheets.parse.layout import Form
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
@@ -354,7 +354,7 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
     """
     if kind != "rule" or len(source.text) <= LONG or source.variables_like_pi:
         return _read(source, line, kind)
-    from rulesheets.syntax.forms import Like, form_of, leaves_of
+    from rulesheets.parse.layout import Like, form_of, leaves_of
 
     leaves, known = leaves_of(line.code), grammar().forms
     if leaves is None:

@@ -1,7 +1,7 @@
 """Searches over all unknowns of a block at once: by boxes, from starts, for a curve.
 
 If all unknowns have finite ranges, their box is subdivided with proof
-(``numerics/subdivision.py``).
+(``numerics/box_search.py``).
 
 Half of the starts are tears spread over their ranges, followed along the chains of the tearing.
 Such a start satisfies all equations but the residual ones; a step that would leave the domain stays
@@ -24,9 +24,16 @@ from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import FIRST_ROUND, BlockProblem
+from solver.numerics.box_search import (
+    GAUSS_NEWTON,
+    NEWTON,
+    Iteration,
+    arrivals,
+    branch_and_prune,
+    spread,
+)
 from solver.numerics.linear_algebra import Array
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
-from solver.numerics.starts import GAUSS_NEWTON, NEWTON, Iteration, arrivals, spread
 from solver.numerics.tolerances import EPS, FREE, MOVED, SAME_END, SMALL
 
 # --- box by box ---
@@ -37,8 +44,6 @@ LIMITS, THOROUGH = (20_000, 2_000), (600_000, 400_000)
 
 def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool) -> bool:
     """Refine every box that may hold a root. True if the roots are proven to be all."""
-    from solver.numerics.subdivision import branch_and_prune  # few blocks come to this
-
     kernel = problem.kernel
     ranges, n = [problem.domain(name) for name in problem.unknowns], len(problem.unknowns)
     residual = _bounds(kernel.forms, problem, (n,))

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.numerics.starts import arrivals
+from solver.numerics.box_search import arrivals
 
 
 def himmelblau(x: Any) -> Any:

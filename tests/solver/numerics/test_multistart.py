@@ -7,7 +7,7 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.numerics.starts import place
+from solver.numerics.box_search import place
 
 BOUNDS = st.sampled_from([-math.inf, -1e9, -5.0, 0.0, 1e-6, 3.0, 1e9, math.inf])
 

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.starts import GAUSS_NEWTON, arrivals
+from solver.numerics.box_search import GAUSS_NEWTON, arrivals
 
 ENDLESS = np.array([np.inf, np.inf])
 coordinates = st.floats(0.2, 5.0).map(lambda x: round(x, 3))

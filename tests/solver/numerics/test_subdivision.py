@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from solver.numerics.subdivision import Subdivision, branch_and_prune
+from solver.numerics.box_search import Subdivision, branch_and_prune
 from tests.solver.numerics.interval_arithmetic import Interval, cos, sin
 
 System = Callable[..., Sequence[Any]]
