@@ -58,6 +58,8 @@ ORDINARY = 1e40
 HOP, BEYOND = 0.1, 0.02
 """The relative distance from known numbers within which a solve of as many answers is trusted; and
 that beyond such solves if nothing is proved."""
+FARTHER = 0.5, 0.3
+"""The same for a block of which no search finds all roots: another solve tells little more."""
 
 
 class Case(NamedTuple):
@@ -127,11 +129,12 @@ class ConstantRootCount:
         self.boxes: list[Ranges] = [[(v, v) for v in sample]]
         self._shares = dict[tuple[int, Ways], float]()
         """How far numbers are moved next from a box, in each direction."""
-        proofs = _proofs(kernel, case, sample, varying, margins or [0.0] * len(sample))
+        proofs = [*_proofs(kernel, case, sample, varying, margins or [0.0] * len(sample))]
         found = next((proves for proves in proofs if proves(self.boxes[0], MANY)), None)
         self._proves, self.proved = found or (lambda _: False), found is not None
+        self._hop, self._beyond = (HOP, BEYOND) if proofs else FARTHER
         if not self.proved:
-            self.boxes[0] = self._around(BEYOND)
+            self.boxes[0] = self._around(self._beyond)
         self.ends = self._ends(self.boxes[0])
         self._grown = not self.proved
 
@@ -166,7 +169,7 @@ class ConstantRootCount:
         at = min(range(len(self.boxes)), key=lambda at: max(self._ways(self.boxes[at], numbers)[1]))
         ways, distances = self._ways(self.boxes[at], numbers)
         share, distance = self._shares.get((at, ways), FIRST), max(distances)
-        near = self.weak and distance <= HOP
+        near = self.weak and distance <= self._hop
         usual = self.proved and all(abs(v) <= ORDINARY for v in numbers)
         if usual and not self._grown:
             self.boxes[0] = next(filter(self._proves, map(self._around, SHARES)), self.boxes[0])
@@ -174,7 +177,7 @@ class ConstantRootCount:
             return True
         if not distance or not (near or (usual and share >= NARROWEST)):
             return False
-        part = 1.0 + (not self.proved) * BEYOND / distance if near else share / distance
+        part = 1.0 + (not self.proved) * self._beyond / distance if near else share / distance
         moved = self.boxes[at].copy()
         for place, number, way in zip(self.places, numbers, ways, strict=True):
             end = moved[place][way > 0]

@@ -101,3 +101,12 @@ def test_a_width_for_a_flow():
     (forward,) = solved(PARALLEL)
     widths = [one["D2"] for one in solved(PARALLEL, {"D2": None, "Q2": forward["Q2"]})]
     assert any(width == pytest.approx(0.05, rel=1e-6) for width in widths)
+
+
+def test_rows_by_viscosity():
+    model = loads(sheet(PARALLEL))
+    plan = solver.prepare(model, ["nu"])
+    given = {name: variable.value for name, variable in model.variables.items()}
+    for share in (1.0, 1.1, 1.2, 0.9, 0.8, 3.0, 2.5):
+        nu = share * PARALLEL[0]
+        check(PARALLEL, {**given, **dict(zip(plan.want, plan(nu), strict=True)), "nu": nu})
