@@ -22,6 +22,7 @@ from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newto
 from solver.numerics.tolerances import (
     BESIDE_ROOT,
     BLUR,
+    CORNER,
     COVERED,
     EPS,
     MEANINGLESS,
@@ -33,6 +34,7 @@ from solver.numerics.tolerances import (
     SAFETY,
     SAME_VALUE,
     SIMPLE,
+    STEEPER,
     VANISHED,
 )
 
@@ -55,11 +57,6 @@ class Answer(NamedTuple):
     values: Mapping[str, float]
     double: DoubleRoot | None = None
     counted: bool = False
-
-
-CORNER, STEEPER = 1e-2, 3.0
-"""The share of the distance from an answer by which a rule changes that does so to first order; and
-how many times as much it then changes less than at twice the distance."""
 
 
 class Candidates:
@@ -185,7 +182,9 @@ class Candidates:
         vague = self._open(point, errors, MULTIPLE)
         if found.relative is not None and alone > SAFETY * found.relative:
             vague = False
-        multiple = vague or (singular and self._open(point, errors, SIMPLE))
+        multiple = vague or (
+            self._open(point, errors, SIMPLE) and (singular or self._has_fold(point, errors))
+        )
         beside = self.problem.beside
         repeated = (
             self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers
@@ -194,6 +193,24 @@ class Candidates:
             return
         if counted or self.has_root_nearby(point, found):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
+
+    def _has_fold(self, point: Mapping[str, float], errors: Sequence[float]) -> bool:
+        """Whether the Jacobian is singular within the error bars of a point: rounding does not tell
+        this answer from another beyond the fold."""
+        x = list(point.values())
+        if len(x) > MANY:
+            return False
+        try:
+            direction = null_direction(self.problem.matrix(x), x)
+            step = min(e / abs(d) for e, d in zip(errors, direction, strict=True) if abs(d) > MOVES)
+            signs = {
+                float(np.linalg.slogdet(self.problem.jacobian(moved))[0])
+                for side in (-step, step)
+                for moved in [[v + side * d for v, d in zip(x, direction, strict=True)]]
+            }
+        except (ArithmeticError, ValueError):
+            return False
+        return len(signs) > 1
 
     def _is_corner(self, point: Mapping[str, float], direction: Sequence[float]) -> bool:
         """Whether some rule changes to first order on either side of a point, where its slope is

@@ -26,6 +26,7 @@ from solver.numerics.tolerances import (
     BESIDE_ROOT,
     CANCELLED,
     CLEAR,
+    CORNER,
     DELICATE,
     EPS,
     LOST_TURN,
@@ -228,7 +229,9 @@ class StepSolver:
             return self._why_none(numbers, outside, lost)
         double: DoubleRoot | None = None
         kinks = any(stage.operation == "abs" for stage in self.isolation.stages)
-        if len(kept) == 1 < self.isolation.branches and not kinks and self._coincide(kept[0]):
+        branches = 1 if kinks else self.isolation.branches
+        fewer = len(kept) < max(len(numbers), branches)
+        if branches > 1 and fewer and all(map(self._touches, kept)):
             double = DoubleRoot((self.index,), (self.unknown,), {self.unknown: 1.0})
         complete, delicate = self.complete and not lost, self.delicate or double is not None
         return StepOutcome(tuple(kept), None, complete, double, delicate)
@@ -314,16 +317,15 @@ class StepSolver:
 
         return float(extended(formula, self.values)) if in_many_digits(formula) else number
 
-    def _coincide(self, number: float) -> bool:
-        """Whether two preimages do: the equation does not change to first order, and neither
-        crosses 0 nor ends there, as ``x^n`` of an odd or a broken n does at 0."""
-        if self._slope(number)[1] != 0.0:
-            return False
+    def _touches(self, number: float) -> bool:
+        """Whether two preimages are one: the equation does not change to first order there, up to
+        rounding, and neither crosses 0 nor ends there, as ``x^n`` of an odd or a broken n at 0."""
         beside = BESIDE_ROOT * (abs(float(number)) or 1.0)
         before, after = (self._slope(number + step)[0] for step in (-beside, beside))
         if before is None or after is None:
             return before is after
-        return before * after >= 0.0
+        slope = self._slope(number)[1]
+        return before * after >= 0.0 and abs(slope) * beside <= CORNER * abs(after)
 
     def _slope(self, number: float) -> tuple[float | None, float]:
         """The residual of the equation in floats, and its slope by the unknown."""

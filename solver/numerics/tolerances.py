@@ -311,3 +311,7 @@ BESIDE = 0.25
 BESIDE_ROOT = 1e-4
 """How far from an answer its rules are tried, as a share of it: no special point, and far enough
 for what changes to first order to stand out from rounding and from second order."""
+
+CORNER, STEEPER = 1e-2, 3.0
+"""The share of the distance from an answer by which a rule changes that does so to first order; and
+how many times as much it then changes less than at twice the distance."""

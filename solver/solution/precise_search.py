@@ -121,7 +121,7 @@ class _PreciseSearch(PathSearch):
         of given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
         asked = self.digits, self.graph, equation, unknown, _known(branch)
         found = _PreciseStep(*asked, self.guesses.get(unknown)).outcome()
-        if not found.delicate or len(found.values) not in (0, 2):
+        if not found.delicate or found.double or len(found.values) not in (0, 2):
             return found
         rule = self.model.equations[equation]
         step = StepSolver(self.graph, equation, unknown, branch.values)
