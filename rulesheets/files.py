@@ -155,6 +155,8 @@ def find_variable_sheet(path: str, sheet: str) -> str:
     notes = suggestion(path, there)
     if there and not notes:
         notes = (f"beside {sheet} there are {', '.join(there)}",)
+    if "=" in path:
+        notes = (f"did you mean --{'over' if ':' in path else 'set'} {path}?",)
     message = f"there is no variable sheet {path}, neither here nor beside {sheet}"
     raise refusal("E310", message, None, *notes)
 

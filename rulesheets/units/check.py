@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
-from itertools import chain
+from itertools import chain, product
 from typing import NamedTuple
 
 from rulesheets.checks import PLACES, marks_of
@@ -86,6 +86,7 @@ def inferred(model: Model) -> dict[str, str]:
     if dimensions is None:
         return {}
     units = {}
+    scales = [v.unit for v in model.variables.values() if v.measure and v.measure.offset]
     for name, variable in model.variables.items():
         form = None if variable.unit or not variable.posted else dimensions.known(name)
         if form is not None:
@@ -93,6 +94,8 @@ def inferred(model: Model) -> dict[str, str]:
             blurred = math.isnan(form.sure.get(SIZE, 0.0)) and len(form.sure) > 1
             text = unit_text(form.sure)
             units[name] = "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
+            if text == "K" and scales:
+                units[name] = f"{scales[0]}, or K of a difference"
     return units
 
 
@@ -180,7 +183,9 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
         message = f"{each}: a factor of {share} is missing"
         shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
-        cures = [f"write {share}*{shown}, or change a unit"]
+        change = next(_in_base_units(model, nodes, found.factor), None)
+        written = f"write {share}*{shown}"
+        cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
         for side in nodes:
             if isinstance(side, Call) and (twin := in_other_unit(side.function)):
                 cures = [f"write {twin} instead of {side.function}"]
@@ -203,12 +208,23 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
         return []
     one, other = (Powers(form.dimension) for form in found.forms)
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
-        for number, power in _factors_of(side):
-            if number.unit is None and number.value in _constants(statement):
-                shown = _shown(number, statement.place)
+        for leaf, power in _factors_of(side):
+            if isinstance(leaf, Number) and not leaf.unit and leaf.value in _constants(statement):
+                shown = _shown(leaf, statement.place)
                 unit = unit_text(missing.times(1 / power).known)
                 return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
     return []
+
+
+def _in_base_units(model: Model, sides: Sequence[Expression], factor: float) -> Iterator[str]:
+    """Variables without whose multiple or part of a unit the sides would not differ by a factor."""
+    for side, sign in zip(sides, (1, -1), strict=False):
+        for leaf, power in _factors_of(side):
+            if isinstance(leaf, Name) and (unit := model.variables[leaf.name].measure):
+                base = exponents(unit)
+                apart = float(sign * power) * float(base.pop(SIZE, 0.0)) - math.log(factor)
+                if abs(apart) < RELATIVE:
+                    yield f"give {leaf.name} in {unit_text(base)}"
 
 
 def _written(node: Expression, model: Model) -> str | None:
@@ -232,10 +248,10 @@ def _written(node: Expression, model: Model) -> str | None:
 
 def _factors_of(
     node: Expression, power: Fraction = Fraction(1)
-) -> Iterator[tuple[Number, Fraction]]:
-    """Numbers that multiply or divide an expression, each with its exponent."""
+) -> Iterator[tuple[Number | Name, Fraction]]:
+    """Numbers and names that multiply or divide an expression, each with its exponent."""
     match node:
-        case Number():
+        case Number() | Name():
             yield node, power
         case Negative(operand):
             yield from _factors_of(operand, power)
@@ -243,6 +259,8 @@ def _factors_of(
             yield from (*_factors_of(left, power), *_factors_of(right, power))
         case Quotient(left, right):
             yield from (*_factors_of(left, power), *_factors_of(right, -power))
+        case Power(base, Number(exponent)):
+            yield from _factors_of(base, power * Fraction(exponent))
         case Call("sqrt", (argument,)):
             yield from _factors_of(argument, power / 2)
 
@@ -271,11 +289,25 @@ def unit_text(known: Exponents) -> str:
         apart = float(unit.pop(SIZE, 0.0)) - (0.0 if math.isnan(size) else size)
         if unit == dimension and abs(apart) < RELATIVE * 1e-6 and not library().unit(name).offset:
             return name
-    above = [_power(base, e) for base, e in dimension.items() if e > 0]
-    below = [_power(base, -e) for base, e in dimension.items() if e < 0]
-    under = "·".join(below) if len(below) < 2 else f"({'·'.join(below)})"
-    text = ("·".join(above) or "1") + (f"/{under}" if below else "")
+    text = _shortest(dimension)
     return text if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g} {text}"
+
+
+def _shortest(dimension: Exponents) -> str:
+    """Base units; of heat and electricity one derived unit or its reciprocal by base units, if
+    these are fewer: ``K/W`` for ``s^3·K/(kg·m^2)``."""
+    forms: list[Exponents] = [dimension]
+    usual = "K" in dimension or abs(dimension.get("s", 0)) == 3
+    for name, power in product(("W", "J", "V", "ohm") if usual else (), (1, -1)):
+        form = dict(dimension)
+        for base, exponent in exponents(library().unit(name)).items():
+            form[base] = form.get(base, 0) - power * exponent
+        forms.append({name: power} | {base: e for base, e in form.items() if e})
+    shortest = min(forms, key=lambda form: sum(map(abs, form.values())))
+    above = [_power(base, e) for base, e in shortest.items() if e > 0]
+    below = [_power(base, -e) for base, e in shortest.items() if e < 0]
+    under = "·".join(below) if len(below) < 2 else f"({'·'.join(below)})"
+    return ("·".join(above) or "1") + (f"/{under}" if below else "")
 
 
 def _power(base: str, exponent: Fraction | int) -> str:

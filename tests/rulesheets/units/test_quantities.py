@@ -88,9 +88,13 @@ def test_a_wrong_unit_of_an_input_is_told(given: object) -> None:
         solver.solve(rulesheets.loads(LENS), {"u": given})
 
 
-def warnings(variables: str, rules: str) -> list[str]:
+def model_of(variables: str, rules: str) -> rulesheets.Model:
     head = "\n".join(f" {row}" for row in variables.split(","))
-    return [d.message for d in check_units(rulesheets.loads(f"variables\n{head}\nrules\n{rules}"))]
+    return rulesheets.loads(f"variables\n{head}\nrules\n{rules}")
+
+
+def warnings(variables: str, rules: str) -> list[str]:
+    return [one.message for one in check_units(model_of(variables, rules))]
 
 
 @pytest.mark.parametrize(
@@ -323,6 +327,25 @@ def test_what_rules_imply_is_named() -> None:
         "n": "s or a multiple",
     }
     assert inferred(rulesheets.loads("y = 2*x")) == {}
+
+
+@pytest.mark.parametrize(
+    ("variables", "rules", "change"),
+    [
+        ("L [cm],k [W/m-K],A [m^2],h [W/m^2-K]", "R = 1/(h*A) + L/(k*A)", "give L in m"),
+        ("p [kPa],F [N],d [m]", "p = F/d^2", "give p in Pa"),
+        ("w [m/s],d [cm],t [s]", "w^2 = (d/t)^2", "give d in m"),
+        ("A [mm^2],b [cm],h [cm]", "A = b*h", "write"),
+    ],
+)
+def test_the_unit_to_change_is_named(variables: str, rules: str, change: str) -> None:
+    (warning,) = check_units(model_of(variables, rules))
+    assert warning.notes[0].startswith(change)
+
+
+def test_a_reading_of_a_temperature_scale_is_not_called_kelvin() -> None:
+    model = model_of("T [degC],q [W],h [W/m^2-K],A [m^2]", "Ts = T - q*R\nR = 1/(h*A)")
+    assert inferred(model) == {"Ts": "degC, or K of a difference", "R": "K/W"}
 
 
 def test_a_sheet_without_units_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -127,6 +127,8 @@ def test_a_variable_sheet_that_is_nowhere(run: Run) -> None:
     assert code == 2
     assert "error[E310]: there is no variable sheet slider_drive.csv" in err
     assert "did you mean slider_driven.csv?" in err
+    _, _, err = run("sweep", "offset_slider_crank", "thetaAO=0:90:30")
+    assert "did you mean --over thetaAO=0:90:30?" in err
 
 
 def test_options_may_stand_anywhere(run: Run, sheet: str, tmp_path: Path) -> None:
