@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partialmethod
 from typing import assert_never
 
@@ -383,19 +383,25 @@ class _Explanation:
         else:
             note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
-        return self._error("S510", message, (), missing, note, *self._misspelt(missing))
+        return self._error("S510", message, (), missing, *self._misspelt(missing), note)
 
     def _misspelt(self, missing: Sequence[str]) -> Iterator[str]:
-        """Rows that no rule reads, each with a name in rules that has no row and is like it."""
+        """Names without a row that are others side by side, and rows that no rule reads, each with
+        a name in rules that has no row and is like it."""
         model = self.model
         read = {name for equation in model.equations for name in equation.names}
         conditions = (*model.conditions, *(one.comparison for one in model.requirements))
         read |= {node.name for node in walk(*conditions) if isinstance(node, Name)}
         rows = [name for name, variable in model.variables.items() if variable.span is not None]
-        others = [name for name in model.variables if name in read and name not in rows]
+        others = [name for name in model.variables if name in read.difference(rows)]
+        short = {name for name in model.variables if "." not in name}
+        for name in missing:
+            if name in others and (factors := _side_by_side(name, short - {name})):
+                others.remove(name)
+                yield f"{name} is one name: is {'*'.join(factors)} meant?"
         for name in rows if others else ():
             if name not in read and (name in missing or name in self.inputs):
-                near = closest(name, [other for other in others if "." not in other])
+                near = closest(name, [other for other in others if other in short])
                 if near is not None:
                     yield f"no rule names {name}: is {near} meant to be {name}?"
 
@@ -480,6 +486,15 @@ def _refused(fact: facts.NoValue | facts.OutOfRange | facts.NoRoot) -> str:
 
 def _labels(model: Model, equations: Sequence[int]) -> tuple[Label, ...]:
     return tuple(map(Label, dict.fromkeys(model.equations[e].rule for e in equations)))
+
+
+def _side_by_side(text: str, names: Collection[str]) -> tuple[str, ...]:
+    """The fewest names that make a text; none if they do not."""
+    if text in names:
+        return (text,)
+    ends = [k for k in range(1, len(text)) if text[:k] in names]
+    found = ((text[:k], *rest) for k in ends if (rest := _side_by_side(text[k:], names)))
+    return min(found, key=len, default=())
 
 
 def _endless(model: Model, names: Iterable[str]) -> list[str]:

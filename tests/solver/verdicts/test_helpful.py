@@ -99,6 +99,8 @@ def test_to_give_what_is_asked_for_is_no_help(
         ("y = k*T44", "no rule names T4: is T44 meant to be T4?"),  # an input
         ("yy = k*T4", "no rule names y: is yy meant to be y?"),
         ("y = k*T4 + t0", None),  # every row is read
+        ("y = kT4", "kT4 is one name: is k*T4 meant?"),
+        ("y = k*T4 + ykT4", "ykT4 is one name: is y*k*T4 meant?"),
     ],
 )
 def test_a_name_that_may_be_misspelt_is_asked_about(rules: str, note: str | None) -> None:
