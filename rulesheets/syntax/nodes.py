@@ -537,6 +537,12 @@ def units_of(node: Expression | Condition) -> Iterator[str]:
     return (number.unit for number in leaves(node, Number) if number.unit is not None)
 
 
+def terms(*sides: Expression) -> Iterator[Expression]:
+    """The terms of sums, here of the sides of an equation; anything else is its own term."""
+    for side in sides:
+        yield from side.terms if isinstance(side, Sum) else (side,)
+
+
 def chain(node: Expression) -> list[tuple[str, Expression]]:
     """The factors of ``a*b/c`` with their signs, by a loop: a chain may be very long."""
     parts: list[tuple[str, Expression]] = []

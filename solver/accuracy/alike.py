@@ -32,9 +32,10 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    terms,
     walk,
 )
-from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size, terms
+from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST
 from solver.path.shapes import Alike, Family, shapes

@@ -24,7 +24,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended, extended_derivatives
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, terms, walk
 from solver.accuracy.rule_sides import (
     RuleCheck,
     gross,
@@ -35,7 +35,6 @@ from solver.accuracy.rule_sides import (
     remembered,
     sides,
     symbol_of,
-    terms,
     with_named_numbers,
 )
 from solver.numerics.tolerances import (

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value, once
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Sum, Symbol, map_leaves, walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Symbol, map_leaves, terms, walk
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
 MANY = 30
@@ -104,12 +104,6 @@ def symbol_of(side: Expression, values: Mapping[str, Value]) -> str | None:
         return side.name
     found = values.get(side.name) if isinstance(side, Name) else None
     return found if isinstance(found, str) else None
-
-
-def terms(*sides: Expression) -> Iterator[Expression]:
-    """The terms of the sides of an equation."""
-    for side in sides:
-        yield from side.terms if isinstance(side, Sum) else (side,)
 
 
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:

@@ -32,6 +32,7 @@ from rulesheets.syntax.nodes import (
     add,
     children,
     names,
+    terms,
 )
 
 CALLED, POWER = "f_", "POWER"
@@ -254,7 +255,7 @@ Side: TypeAlias = tuple[Expression, Expression]
 def shared_factors(node: Quotient) -> Iterator[tuple[Expression, Side, Side]]:
     """Factors shared by some terms of the dividend and of the divisor, with these terms: a quotient
     ``(a*x + d)/(b*x + c)`` is ``(a + d/x)/(b + c/x)``."""
-    above, below = ([factors(term) for term in _terms(side)] for side in (node.left, node.right))
+    above, below = ([factors(term) for term in terms(side)] for side in (node.left, node.right))
     if len(below) == 1:
         return
     inside = [part for term in below for part in term]
@@ -270,15 +271,11 @@ def log_mean(node: Quotient) -> tuple[Expression, Expression, Expression] | None
             parts = factors(node.left)
             for part in parts:
                 rest = times(*without(parts, [part]))
-                if Counter(_terms(part)) == Counter(_terms(u - v)):
+                if Counter(terms(part)) == Counter(terms(u - v)):
                     return rest, u, v
-                if Counter(_terms(part)) == Counter(_terms(v - u)):
+                if Counter(terms(part)) == Counter(terms(v - u)):
                     return -rest, u, v
     return None
-
-
-def _terms(side: Expression) -> Sequence[Expression]:
-    return side.terms if isinstance(side, Sum) else (side,)
 
 
 def factors(node: Expression) -> list[Expression]:
@@ -306,10 +303,10 @@ def times(*some: Expression) -> Expression:
     return product
 
 
-def _split(part: Expression, terms: Sequence[list[Expression]]) -> Side:
+def _split(part: Expression, products: Sequence[list[Expression]]) -> Side:
     """The terms that have a factor, without it, and the others."""
-    having = [times(*without(some, [part])) for some in terms if part in some]
-    return add(*having), add(*(times(*some) for some in terms if part not in some))
+    having = [times(*without(some, [part])) for some in products if part in some]
+    return add(*having), add(*(times(*some) for some in products if part not in some))
 
 
 class IntervalEmitter(CodeLines[Pair]):

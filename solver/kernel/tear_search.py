@@ -20,9 +20,9 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Expression, Number, walk
+from rulesheets.syntax.nodes import Expression, Number, terms, walk
 from solver.accuracy.rule_check import absorbs
-from solver.accuracy.rule_sides import terms, with_named_numbers
+from solver.accuracy.rule_sides import with_named_numbers
 from solver.kernel.block import BlockKernel
 from solver.kernel.candidates import MOST_REPEATED, Answer, BlockOutcome, Candidates, Undecided
 from solver.kernel.chain import Chain, followed
