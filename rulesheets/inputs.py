@@ -193,7 +193,7 @@ def quantities(model: Model) -> frozenset[str]:
     and nothing shows that they may be symbols.
     """
     variables = model.variables.values()
-    given = (v.name for v in variables if v.unit or math.isfinite(v.low) or math.isfinite(v.high))
+    given = (v.name for v in variables if v.unit or v.ranged)
     pairs = [(equation.left, equation.right) for equation in model.equations]
     sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
     computed = _tied({name for side in sides for name in names(side)}, pairs)
@@ -493,8 +493,7 @@ def outside_range(number: float, variable: Variable, place: Span | None) -> Diag
 def symbol_for_number(
     symbol: str, variable: Variable, model: Model, place: Span | None = None
 ) -> Diagnosis:
-    ranged = math.isfinite(variable.low) or math.isfinite(variable.high)
-    kind = f"that is {range_text(variable)}" if ranged else "that rules compute with"
+    kind = f"that is {range_text(variable)}" if variable.ranged else "that rules compute with"
     kind = f"in [{variable.unit}]" if variable.unit else kind
     message = f"{variable.name} is a number {kind}, and '{symbol} is a symbol"
     tied = ("to tie two variables together write a rule",) if symbol in model.variables else ()

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import import_module
+from math import inf
 from typing import NamedTuple, TypeAlias, TypeVar
 
 from rulesheets.diagnosis import Diagnosis, plural
@@ -47,8 +48,8 @@ class Variable:
     guess: float | None = None
     unit: str | None = None
     display_unit: str | None = None
-    low: float = float("-inf")
-    high: float = float("inf")
+    low: float = -inf
+    high: float = inf
     low_open: bool = False
     high_open: bool = False
     comment: str = ""
@@ -68,6 +69,11 @@ class Variable:
     def measure(self) -> Unit | None:
         """Its unit with its definition."""
         return self.units.unit(self.unit) if self.unit else None
+
+    @property
+    def ranged(self) -> bool:
+        """Whether the sheet gives it a range, with one end or two."""
+        return self.low > -inf or self.high < inf
 
     def admits(self, number: float) -> bool:
         """Whether a number lies in the range of the variable."""

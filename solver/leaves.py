@@ -105,8 +105,8 @@ def _outside_one_turn(
     """Posted angles without a range that lie outside (-180, 180], with their whole turns; not
     inputs."""
     for name, variable in graph.model.variables.items():
-        number, free = values.get(name), variable.low == -math.inf and variable.high == math.inf
-        if name in inputs or not isinstance(number, float) or not variable.posted or not free:
+        number, shown = values.get(name), variable.posted and not variable.ranged
+        if name in inputs or not isinstance(number, float) or not shown:
             continue
         turn = turn_of(name) if abs(number) >= math.pi else None  # half a turn in the smallest unit
         if turn is not None and not -turn / 2 < number <= turn / 2:

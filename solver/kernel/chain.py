@@ -216,7 +216,7 @@ def alternatives(
     """The preimages of a step."""
     variable = graph.model.variables[isolation.unknown]
     turn = graph.turn(isolation.unknown) if isolation.period else None
-    if turn is not None and variable.low == -inf and variable.high == inf:
+    if turn is not None and not variable.ranged:
         variable = replace(variable, low=-turn * (0.5 + SAME_VALUE), high=turn * (0.5 + SAME_VALUE))
     return tuple(through(isolation, prefix, variable))
 
@@ -244,8 +244,8 @@ def is_exhaustive(graph: ModelGraph, isolation: Isolation) -> bool:
             return False
         variable = graph.model.variables[isolation.unknown]
         reach = max(abs(variable.low), abs(variable.high))
-        free = variable.low == -inf and variable.high == inf
-        return reach <= isolation.period or (free and graph.turn(variable.name) is not None)
+        free = not variable.ranged and graph.turn(variable.name) is not None
+        return free or reach <= isolation.period
     return isolation.proven
 
 
@@ -258,15 +258,9 @@ def through(
         for form in isolation.forms():
             yield (assigned(variable, form)._replace(relational=isolation.quadratic is not None),)
         return
-    bounded_unknown = variable.low > -inf or variable.high < inf
-    for forms in itertools.product(
-        *(_turned(stage, bounded_unknown) for stage in isolation.stages)
-    ):
-        if (
-            bounded_unknown
-            and isolation.period
-            and _out_of_range(isolation.stages, forms, variable)
-        ):
+    ranged = variable.ranged
+    for forms in itertools.product(*(_turned(stage, ranged) for stage in isolation.stages)):
+        if ranged and isolation.period and _out_of_range(isolation.stages, forms, variable):
             continue
         steps: list[Assignment] = []
         expression = isolation.start

@@ -18,7 +18,6 @@ from operator import attrgetter
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
-from rulesheets.model import Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -203,7 +202,7 @@ def _solved(graph: ModelGraph, block: Block, tear: str) -> tuple[Ways, Angles]:
         return alternatives(graph, isolation, prefix) if every else (), {}
     turning = [name for name in names if graph.is_turning(name)]
     rules = [graph.model.equations[e] for e in block.equations]
-    if not all(_is_free(graph.model.variables[name]) for name in turning) or (
+    if any(graph.model.variables[name].ranged for name in turning) or (
         (form := closed_form(rules, names, turning, tear)) is None
     ):
         return (), {}
@@ -212,10 +211,6 @@ def _solved(graph: ModelGraph, block: Block, tear: str) -> tuple[Ways, Angles]:
     if any(nodes.is_number(item.expression, 0.0) for way in found for item in way):
         return (), {}  # of x*y = 0 the formula is y = 0, and at x = 0 y may be anything
     return found, start.angles
-
-
-def _is_free(variable: Variable) -> bool:
-    return variable.low == -inf and variable.high == inf
 
 
 class _Assignments:

@@ -404,7 +404,7 @@ def _turned(problem: BlockProblem, values: Mapping[str, float]) -> list[dict[str
     Of too many the ones nearest to 0, which are still more than are listed.
     """
     points = [{name: values[name] for name in problem.unknowns}]
-    ranged = [v for v in problem.variables if v.low > -math.inf or v.high < math.inf]
+    ranged = (v for v in problem.variables if v.ranged)
     angles = [(v, turn) for v in ranged if (turn := problem.turn(v.name)) is not None]
     most = round(MOST_TURNED ** (1 / max(len(angles), 1)))
     for variable, turn in angles:

@@ -200,8 +200,8 @@ class StepSolver:
     def _wrapped(self, number: float) -> float:
         """An angle without a declared range is reported in (-180, 180]."""
         turn = self.graph.turn(self.unknown)
-        bounded = self.variable.low > -math.inf or self.variable.high < math.inf
-        if turn is None or bounded or not self.isolation.stages or self.isolation.period is None:
+        isolation, ranged = self.isolation, self.variable.ranged
+        if turn is None or ranged or not isolation.stages or isolation.period is None:
             return number
         return self._in_one_turn(number, turn)
 

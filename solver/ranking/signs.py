@@ -11,7 +11,7 @@ import itertools
 from collections import defaultdict
 from collections.abc import Collection, Iterator, Mapping, Sequence, Set
 from functools import cached_property
-from math import inf, pi
+from math import pi
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -74,9 +74,7 @@ class Signs:
                     _has_odd_power(side, *told) for side in (rule.left, rule.right)
                 ):
                     found |= told
-        ranged = (
-            n for n, v in model.variables.items() if v.low < 0.0 and (v.low > -inf or v.high < inf)
-        )
+        ranged = (n for n, v in model.variables.items() if v.low < 0.0 and v.ranged)
         sides = [sides for e in self._periodic for sides in ((e.left, e.right), (e.right, e.left))]
         swinging = (  # what a rule gives as a swing of a phase has either sign
             one.name

@@ -122,7 +122,7 @@ class _Explanation:
                 return self._error(code, _refused(fact), (equation,), (unknown,), *cures)
             case facts.NoRoot(equations, unknowns, True):
                 variables = [self.model.variables[name] for name in unknowns]
-                bounded = any(v.low > -math.inf or v.high < math.inf for v in variables)
+                bounded = any(v.ranged for v in variables)
                 where = " within the ranges that the sheet gives them" if bounded else ""
                 found, these = "values", "satisfy these rules together"
                 if len(equations) == 1 == len(unknowns):
