@@ -177,7 +177,7 @@ def symbolic(model: Model) -> frozenset[str]:
     """Variables that are given a symbol, compared with one, or set equal to such a variable."""
     found = {name for name, variable in model.variables.items() if isinstance(variable.value, str)}
     nodes_ = (node for condition in model.conditions for node in walk(condition))
-    pairs = [(equation.left, equation.right) for equation in model.equations]
+    pairs = [equation.sides for equation in model.equations]
     pairs += ((node.left, node.right) for node in nodes_ if isinstance(node, nodes.Comparison))
     for pair in pairs:
         if any(isinstance(side, nodes.Symbol) for side in pair):
@@ -194,7 +194,7 @@ def quantities(model: Model) -> frozenset[str]:
     """
     variables = model.variables.values()
     given = (v.name for v in variables if v.unit or v.ranged)
-    pairs = [(equation.left, equation.right) for equation in model.equations]
+    pairs = [equation.sides for equation in model.equations]
     sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
     computed = _tied({name for side in sides for name in names(side)}, pairs)
     return frozenset(given) | (computed - symbolic(model))

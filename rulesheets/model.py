@@ -117,6 +117,15 @@ class Equation:
     def right(self) -> nodes.Expression:
         return self.body.right[0]
 
+    @property
+    def sides(self) -> tuple[nodes.Expression, nodes.Expression]:
+        return self.left, self.right
+
+    @property
+    def form(self) -> nodes.Expression:
+        """``left - right``, which vanishes where the equation holds."""
+        return nodes.subtract(self.left, self.right)
+
     def but(self, left: nodes.Expression, right: nodes.Expression) -> Equation:
         """The same with other sides."""
         return replace(self, body=nodes.Equality((left,), (right,)))

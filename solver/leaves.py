@@ -509,7 +509,7 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
     """The fact that an equation is 0/0 at the values, if so."""
     from rulesheets.evaluate.digits import indeterminate
 
-    for side in (equation.left, equation.right):
+    for side in equation.sides:
         found = indeterminate(side, values)
         if found is not None:
             read = {name: values[name] for name in equation.names if name in values}

@@ -406,14 +406,14 @@ class Weights:
 
     def _alone_on_a_side(self, rule: TemperatureRule) -> bool:
         """``dT = T1 - T2`` is taken as the definition of dT, though T2 might be the difference."""
-        sides = rule.equation.left, rule.equation.right
+        sides = rule.equation.sides
         found = [name for name in self._candidates(rule) if Name(name) in sides]
         self.differences.update(found[:1])
         return bool(found)
 
     def _of_differences(self, rule: TemperatureRule) -> bool:
         """``LMTD = (a - b)/ln(a/b)``: a value computed only from differences is one."""
-        left, right = rule.equation.left, rule.equation.right
+        left, right = rule.equation.sides
         for side, other in ((left, right), (right, left)):
             rest = set(names(other)) & self.units.keys()
             plain = isinstance(side, Name) and rule.points(self.differences) == [side.name]
@@ -457,7 +457,7 @@ class Weights:
     def _open(self, equation: Equation) -> bool:
         """Whether something is added to a temperature: ``T + 273.15`` may be absolute."""
         sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
-        for side, other in ((equation.left, equation.right), (equation.right, equation.left)):
+        for side, other in (equation.sides, (equation.right, equation.left)):
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
         return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
 
@@ -465,7 +465,7 @@ class Weights:
         """Whether its points may cancel by another rule, as in ``m1*c*T1 + m2*c*T2 = m*c*T``, or it
         counts an energy from the zero of the scale, as in ``h = c*T``, which it may mean to (where
         ``sure``)."""
-        sides = rule.equation.left, rule.equation.right
+        sides = rule.equation.sides
         if max(degree(side, self.units) for side in sides) != 1.0:
             return False
         alone = (self.model.variables[side.name] for side in sides if isinstance(side, Name))

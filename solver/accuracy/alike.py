@@ -211,7 +211,7 @@ class _FamilySides:
         self.rows, traced = rows, _TracedColumns(rows)
         self.gross: Any = 0.0
         parts = []
-        for side in (rule.left, rule.right):
+        for side in rule.sides:
             added = [traced.of(term) for term in terms(side)]
             self.gross = self.gross + sum(np.abs(term.value) for term in added)
             parts.append(traced.added(added) if isinstance(side, Sum) else added[0])
@@ -279,7 +279,7 @@ def multiplied_out(
         columns = dict(zip(family.first.names, point[family.columns], strict=True))
         rows = _Columns(columns, family.numbers, len(family.places))
         with np.errstate(all="ignore"), suppress(Undefined):
-            for term in terms(family.first.left, family.first.right):
+            for term in terms(*family.first.sides):
                 found[family.places] += rows.of(_spread(term))
     return found
 

@@ -14,7 +14,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.evaluate.digits import context, extended_derivatives
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Expression, subtract, walk
+from rulesheets.syntax.nodes import Expression, walk
 from solver.accuracy.rule_check import in_decimals
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate_rows
@@ -65,12 +65,12 @@ class ManyDigits:
         work: DigitWork,
     ) -> None:
         self.equations, self.unknowns = equations, tuple(unknowns)
-        self.forms = tuple(subtract(equation.left, equation.right) for equation in equations)
+        self.forms = tuple(equation.form for equation in equations)
         names = {name for equation in equations for name in equation.names} - set(unknowns)
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
         # the operations of a residual and its square Jacobian
-        operations = sum(1 for e in equations for _ in walk(e.left, e.right))
+        operations = sum(1 for e in equations for _ in walk(*e.sides))
         self.cost = 3 * operations + len(equations) ** 3
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)

@@ -21,7 +21,6 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Value
-from rulesheets.syntax.nodes import subtract
 from solver.accuracy.rule_sides import MANY, sides, uncertainty
 from solver.accuracy.rule_sides import size as moved
 from solver.facts import DoubleRoot
@@ -151,7 +150,7 @@ class _Propagation:
         if self.held:
             size = min(size, BACKWARD * moved(equation, self.values))
         if not self.rounds:
-            size = uncertainty(subtract(equation.left, equation.right), self.values, {})
+            size = uncertainty(equation.form, self.values, {})
         off = size * _signs(equation.index) if size else NONE
         for name, slope in slopes.items():
             known = self.errors.get(name)

@@ -65,7 +65,7 @@ def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
 
 
 def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
-    left, right = equation.left, equation.right
+    left, right = equation.sides
     symbols = symbol_of(left, values), symbol_of(right, values)
     if symbols != (None, None):
         same = symbols[0] == symbols[1]
@@ -181,7 +181,7 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
 
 class RuleInDigits:
     def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
-        self.sides: tuple[Expression, ...] = equation.left, equation.right
+        self.sides: tuple[Expression, ...] = equation.sides
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
         self.underflows = True
 

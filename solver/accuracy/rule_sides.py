@@ -109,7 +109,7 @@ def symbol_of(side: Expression, values: Mapping[str, Value]) -> str | None:
 def gross(equation: Equation, values: Mapping[str, Value]) -> float:
     """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
     try:
-        return sum(abs(value(term, values)) for term in terms(equation.left, equation.right))
+        return sum(abs(value(term, values)) for term in terms(*equation.sides))
     except Undefined:
         return math.inf
 
@@ -117,13 +117,13 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 @once
 def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps."""
-    parts = walk(equation.left, equation.right)
+    parts = walk(*equation.sides)
     return any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
     """The functions with jumps, each with the expression for the distance from its jumps."""
-    for node in walk(equation.left, equation.right):
+    for node in walk(*equation.sides):
         match node:
             case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
                 yield function, x

@@ -91,7 +91,7 @@ def exact_state(
     """The reference state; None if an unknown is free, or a function is known in floats only."""
     rules = linearize(model, values, inputs)
     known = (model.equations[e] for e in rules.equations)
-    sides = (side for equation in known for side in (equation.left, equation.right))
+    sides = (side for equation in known for side in equation.sides)
     if not rules.blocks or not all(map(in_many_digits, sides)):
         return None
     sharp = sharpened(model, rules, values, inputs)

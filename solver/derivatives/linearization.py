@@ -221,7 +221,7 @@ def sharpened(
         try:
             if any(lost.intersection(equation.names) for equation in equations):
                 raise Unresolved
-            if all(in_many_digits(side) for e in equations for side in (e.left, e.right)):
+            if all(in_many_digits(side) for e in equations for side in e.sides):
                 _settle(equations, linear.rows, block, exact)
                 rows.update((e.index, precise_slopes(e.left, e.right, exact)) for e in equations)
             else:
@@ -301,7 +301,7 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
 def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
     """Pairs that are equal at a kink or a jump of a function in the equation, but not near it."""
     met: list[Pair] = []
-    for call in (node for node in walk(equation.left, equation.right) if isinstance(node, Call)):
+    for call in (node for node in walk(*equation.sides) if isinstance(node, Call)):
         match call.function, call.arguments:
             case "abs" | "sgn", (x,):
                 met.append((x, ZERO))

@@ -12,7 +12,7 @@ import numpy as np
 
 from rulesheets.evaluate import NotDifferentiable, differentiate, value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, degree, subtract
+from rulesheets.syntax.nodes import Expression, degree
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
@@ -102,7 +102,7 @@ class BlockKernel:
     @cached_property
     def forms(self) -> list[Expression]:
         """Left minus right of every equation."""
-        return [subtract(e.left, e.right) for e in self.equations]
+        return [e.form for e in self.equations]
 
     @cached_property
     def jumps(self) -> bool:
@@ -180,7 +180,7 @@ class BlockKernel:
             for _, members in same_columns(inside[family.columns]):
                 places = family.places[members]
                 rule = self.equations[places[0]]
-                found[places] = degree(subtract(rule.left, rule.right), unknowns)
+                found[places] = degree(rule.form, unknowns)
         return found
 
     @cached_property

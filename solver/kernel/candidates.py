@@ -231,7 +231,7 @@ class Candidates:
         rules = [
             rule
             for rule in self.problem.kernel.equations
-            for node in walk(rule.left, rule.right)
+            for node in walk(*rule.sides)
             if isinstance(node, Call) and not TABLE[node.function].smooth
         ]
         return all(any(bends(rule, side) for rule in rules) for side in (1.0, -1.0))

@@ -104,7 +104,7 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
 def _residual(name: str, rule: Equation) -> list[Assignment]:
     """Left minus right; of the direction of a point, which jumps, the coordinate of that point
     across the direction, where the other one is positive and the angle no more than half a turn."""
-    for angle, direction in ((rule.left, rule.right), (rule.right, rule.left)):
+    for angle, direction in (rule.sides, (rule.right, rule.left)):
         if isinstance(direction, Call) and (row := TABLE[direction.function]).direction:
             (y, x), (sine, cosine) = direction.arguments, row.sine_and_cosine
             s, c, half = call(sine, angle), call(cosine, angle), (row.angle or inf) / 2

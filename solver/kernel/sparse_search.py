@@ -311,7 +311,7 @@ def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
 def _terms_of_exponents(rule: Equation) -> Iterator[str]:
     waiting = [
         node.arguments[0]
-        for node in walk(rule.left, rule.right)
+        for node in walk(*rule.sides)
         if isinstance(node, Call) and node.function in _EXPONENTIALS
     ]
     while waiting:

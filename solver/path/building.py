@@ -13,7 +13,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import degree, subtract
+from rulesheets.syntax.nodes import degree
 from solver.numerics.elimination import independent_rows
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import ON_RULES, REPEATED
@@ -115,7 +115,7 @@ def _block_step(
         finite = variable.low > float("-inf") and variable.high < float("inf")
         weights[unknown] = 0 if finite or graph.turn(name) else 1
     asked, every = frozenset(unknowns), (graph.model.equations[e] for e in equations)
-    linear = all(degree(subtract(rule.left, rule.right), asked) <= 1.0 for rule in every)
+    linear = all(degree(rule.form, asked) <= 1.0 for rule in every)
     first, *others = (
         SolveBlock(
             equations,
@@ -355,7 +355,7 @@ class Building:
 
         def bends(place: int) -> bool:
             rule = self.graph.model.equations[remaining[place]]
-            return degree(subtract(rule.left, rule.right), unknown) > 1.0
+            return degree(rule.form, unknown) > 1.0
 
         def independent(block: Block) -> Sequence[int] | None:
             if len(block.equations) < len(block.unknowns):
@@ -432,7 +432,7 @@ def _linearized(
     slope of each."""
     misses, rows = [], []
     for rule in rules:
-        miss, slopes = derivatives(subtract(rule.left, rule.right), point)
+        miss, slopes = derivatives(rule.form, point)
         row = [slopes.get(name, 0.0) * point[name] for name in names]
         size = max(map(abs, (slopes[name] * point[name] for name in slopes)), default=0.0) or 1.0
         misses.append(miss / size)

@@ -259,12 +259,7 @@ class ModelGraph:
         """Angles without a range that a condition or an absolute value compares with something: a
         whole turn of them may make a difference."""
         required = (requirement.comparison for requirement in self.model.requirements)
-        sums = (
-            side
-            for rules in by_shape(self.model)
-            for rule in rules
-            for side in (rule.left, rule.right)
-        )
+        sums = (side for rules in by_shape(self.model) for rule in rules for side in rule.sides)
         chosen = (
             part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part)
         )
@@ -347,7 +342,7 @@ def phases(*sides: Node) -> list[Expression]:
 
 
 def _reads_angles(rule: Equation) -> bool:
-    calls = (node.function for node in walk(rule.left, rule.right) if isinstance(node, Call))
+    calls = (node.function for node in walk(*rule.sides) if isinstance(node, Call))
     return any(TABLE[name].turn or TABLE[name].angle for name in calls)
 
 

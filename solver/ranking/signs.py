@@ -70,12 +70,10 @@ class Signs:
             before = len(found)
             for rule in rules:
                 told = set(rule.names) - found
-                if len(told) == 1 and any(
-                    _has_odd_power(side, *told) for side in (rule.left, rule.right)
-                ):
+                if len(told) == 1 and any(_has_odd_power(side, *told) for side in rule.sides):
                     found |= told
         ranged = (n for n, v in model.variables.items() if v.low < 0.0 and v.ranged)
-        sides = [sides for e in self._periodic for sides in ((e.left, e.right), (e.right, e.left))]
+        sides = [sides for e in self._periodic for sides in (e.sides, (e.right, e.left))]
         swinging = (  # what a rule gives as a swing of a phase has either sign
             one.name
             for one, other in sides
@@ -87,7 +85,7 @@ class Signs:
     def inclinations(self) -> Set[str]:
         """Angles whose tangent a rule gives, as ``tand(slope) = rise/run`` or ``run*tand(slope) =
         rise``: beyond a right angle lies what the same tangent turns about."""
-        sides = [side for e in self._periodic for side in (e.left, e.right)]
+        sides = [side for e in self._periodic for side in e.sides]
         return {
             angle.name
             for side in sides
@@ -102,7 +100,7 @@ class Signs:
         """Names by which arguments of periodic functions grow, and which are no angles, as a time
         or a frequency: the first of the periods is meant."""
         inside, under = set[str](), set[str]()
-        for argument in (argument for e in self._periodic for argument in phases(e.left, e.right)):
+        for argument in (argument for e in self._periodic for argument in phases(*e.sides)):
             inside.update(names_in(argument))
             under.update(
                 n for q in walk(argument) if isinstance(q, Quotient) for n in names_in(q.right)
@@ -115,9 +113,7 @@ class Signs:
         if self.large:
             return ()
         shapes = ((rules, rules[0]) for rules in by_shape(self.model))
-        return [
-            rule for rules, first in shapes if phases(first.left, first.right) for rule in rules
-        ]
+        return [rule for rules, first in shapes if phases(*first.sides) for rule in rules]
 
     @cached_property
     def kinds(self) -> Mapping[str, int]:
@@ -205,7 +201,7 @@ class Signs:
 
         found = dict[object, Factor]()
         for equation in () if self.large else self.model.equations:
-            nodes = walk(equation.left, equation.right)
+            nodes = walk(*equation.sides)
             for node in (one for one in nodes if isinstance(one, Power | Product | Quotient)):
                 square = isinstance(node, Power) and is_number(node.exponent, 2.0)
                 for part in factors_of(node):
@@ -234,9 +230,9 @@ class Signs:
         """Names that are never a term by themselves: whether they multiply a sine or a cosine."""
         found, terms = dict[str, bool](), set[str]()
         for equation in () if self.large else self.model.equations:
-            terms |= _terms(equation.left, equation.right)
+            terms |= _terms(*equation.sides)
             found = dict.fromkeys(equation.names, False) | found
-            for node in walk(equation.left, equation.right):
+            for node in walk(*equation.sides):
                 match node:
                     case Product(Name(name), Call(wave)) | Product(Call(wave), Name(name)) if (
                         wave in WAVES
@@ -297,7 +293,7 @@ def _angles(model: Model) -> dict[str, float]:
         if v.measure is not None and v.measure.bases == {ANGLE: 1}
     }
     found = {name: turn for name, turn, _ in angle_evidence(model) if turn} | found
-    sums = [_terms(equation.left, equation.right) for equation in model.equations] if found else []
+    sums = [_terms(*equation.sides) for equation in model.equations] if found else []
     before = -1
     while len(found) > before:
         before = len(found)

@@ -84,7 +84,7 @@ def suggested(
     if len(unknowns) > MANY or not names:
         return [[]] * len(names), [0.0] * len(names), [False] * len(names)
     vanishing = {name for name, none in zip(known, zero, strict=True) if none}
-    given = ((rule.left, rule.right) for rule in model.equations)
+    given = (rule.sides for rule in model.equations)
     vanishing |= {
         left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
     }
@@ -212,7 +212,7 @@ class _Balances:
         self.free = 0
 
     def read(self, equation: Equation) -> None:
-        sides = (equation.left, equation.right)
+        sides = equation.sides
         if self.cancelling and any(
             isinstance(side, Sum) and _has_difference(side) for side in sides
         ):
@@ -363,7 +363,7 @@ class _Balances:
 def _nodes(equations: Sequence[Equation]) -> frozenset[str]:
     """The names of which differences with several others are taken: the potentials of a network."""
     neighbours = defaultdict[str, set[str]](set)
-    for node in walk(*(side for equation in equations for side in (equation.left, equation.right))):
+    for node in walk(*(side for equation in equations for side in equation.sides)):
         if isinstance(node, Sum) and _is_balance(added(node)):
             met = set(names(node))
             for name in met:

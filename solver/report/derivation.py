@@ -298,7 +298,7 @@ class Page:
         """The equal expressions of a line: unknown, form, form with numbers, value; each once."""
         tell = self.notation.written
         if line.unknown is None:
-            sides = (line.equation.left, line.equation.right) if line.equation else ()
+            sides = line.equation.sides if line.equation else ()
             return tuple(map(tell, sides))
         told = [self.notation.value(self.values[line.unknown])]
         if line.form is not None:

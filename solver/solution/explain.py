@@ -105,7 +105,7 @@ class _Explanation:
         symbols = {name: value for name, value in values.items() if isinstance(value, str)}
         for equation in (self.model.equations[index] for index in equations):
             for name in symbols.keys() & set(equation.names):
-                if Name(name) not in (equation.left, equation.right):
+                if Name(name) not in equation.sides:
                     message = (
                         f"this rule computes with {name}, which is the symbol '{symbols[name]}"
                     )

@@ -37,7 +37,7 @@ from rulesheets.evaluate.balls import (
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Expression, subtract, walk
+from rulesheets.syntax.nodes import Call, Expression, walk
 from solver.accuracy.rule_sides import symbol_of
 from solver.facts import DoubleRoot, Proof
 from solver.leaves import Leaf
@@ -91,7 +91,7 @@ class _Proving:
             if rule.index in used or not self.symbols.isdisjoint(rule.names):
                 continue
             try:  # left and right of a rule that checks must overlap
-                left, right = (enclosing_ball(side, self.balls) for side in (rule.left, rule.right))
+                left, right = (enclosing_ball(side, self.balls) for side in rule.sides)
             except Undefined as undefined:
                 raise _Obstacle(f"a rule that checks needs {undefined}") from None
             if not left.overlaps(right):
@@ -109,7 +109,7 @@ class _Proving:
             return
         if not all(name in self.values for name in unknowns):
             raise _Obstacle(f"{', '.join(unknowns)} is not determined")
-        forms = [subtract(equation.left, equation.right) for equation in equations]
+        forms = [equation.form for equation in equations]
         try:
             partials = [differentiate(form, name) for form in forms for name in unknowns]
         except NotDifferentiable as missing:

@@ -395,7 +395,7 @@ def stretch(equation: Equation, values: Mapping[str, Value], name: str) -> tuple
 
     def holds(other: float) -> bool:
         there = {**box, name: (min(other, start), max(other, start))}
-        ends = enclose(nodes.subtract(equation.left, equation.right), there)
+        ends = enclose(equation.form, there)
         return max(map(abs, ends)) <= BACKWARD * max(map(abs, enclose(equation.left, there)))
 
     def end(sign: int) -> float:

@@ -27,7 +27,7 @@ from rulesheets.evaluate.digits import (
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, subtract, walk
+from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import (
@@ -114,13 +114,10 @@ def _filled(
     """The equations that are 0/0 at the values, with the limit of that part in its place, and that
     limit."""
     for equation in model.equations:
-        for side in (equation.left, equation.right):
+        for side in equation.sides:
             found = indeterminate(side, values)
             if found is not None and found.limit is not None:
-                left, right = (
-                    exchange(s, found.part, Number(found.limit))
-                    for s in (equation.left, equation.right)
-                )
+                left, right = (exchange(s, found.part, Number(found.limit)) for s in equation.sides)
                 yield equation.index, (equation.but(left, right), found.limit)
                 break
 
@@ -132,7 +129,7 @@ def answers_between(asked: Asked, known: Sequence[Leaf] = ()) -> tuple[Leaf, ...
     """Answers at which rules are 0/0, as common limits of answers for slightly smaller and slightly
     larger inputs, except the ``known`` ones."""
     model, inputs = asked.model, asked.inputs
-    every = walk(*(side for e in model.equations for side in (e.left, e.right)))
+    every = walk(*(side for e in model.equations for side in e.sides))
     if not any(isinstance(part, Quotient) for part in every):
         return ()
     read = Counter(name for e in model.equations for name in e.names)
@@ -221,7 +218,7 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
     decided = outcomes(model, values, inputs)
     facts = []
     for equation in known_rules(model, decided, values):
-        parts = (indeterminate(side, values) for side in (equation.left, equation.right))
+        parts = (indeterminate(side, values) for side in equation.sides)
         limits = [part.limit for part in parts if part is not None]
         if None in limits or not (
             _holds_beside(equation, values) if limits else check_rule(equation, values).holds
@@ -240,7 +237,7 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
 def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
     """Whether a rule holds in the limit: its residual on both sides of a point, to first order."""
     line = {name: 1.0 + 0.1 * (k % 3) for k, name in enumerate(equation.names)}
-    form = subtract(equation.left, equation.right)
+    form = equation.form
     try:
         there = beside(values, line, -TINY)
         miss, slopes = extended_derivatives(form, there, DIGITS)
@@ -317,7 +314,7 @@ def fixed_otherwise(asked: Asked, refusals: Sequence[Fact]) -> Fixed | None:
             case _:
                 continue
         rules = [asked.model.equations[e] for e in equations]
-        parts = walk(*(side for rule in rules for side in (rule.left, rule.right)))
+        parts = walk(*(side for rule in rules for side in rule.sides))
         if any(rule.guard for rule in rules) or any(
             isinstance(part, Call) and part.function in _FLAT for part in parts
         ):
@@ -332,9 +329,7 @@ def _fixed(
 ) -> Iterator[Fixed]:
     inputs = asked.inputs
     read = [name for rule in rules for name in rule.names]
-    alone = {
-        side.name for rule in rules for side in (rule.left, rule.right) if isinstance(side, Name)
-    }
+    alone = {side.name for rule in rules for side in rule.sides if isinstance(side, Name)}
     own = {name: variable.value for name, variable in asked.model.variables.items()}
     given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
     given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
@@ -540,7 +535,7 @@ def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[As
     equations: list[Equation] = []
     told_nothing: list[AsksNothing] = []
     for equation in model.equations:
-        left, right = (_without(side, values) for side in (equation.left, equation.right))
+        left, right = (_without(side, values) for side in equation.sides)
         without = equation.but(left, right)
         lost = set(equation.names) - set(without.names) - values.keys()
         if lost and (not values.keys() >= set(without.names) or check_rule(without, values).holds):

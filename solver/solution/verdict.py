@@ -77,7 +77,7 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
             from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
             from solver.solution.precise_search import explore_precisely
 
-            sides = (side for rule in asked.model.equations for side in (rule.left, rule.right))
+            sides = (side for rule in asked.model.equations for side in rule.sides)
             if all(map(in_many_digits, sides)) and (precise := explore_precisely(asked, found)):
                 return precise
             kept = tuple(leaf for leaf in kept if not (leaf.solved and _meaningless(asked, leaf)))

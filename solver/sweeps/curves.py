@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from rulesheets.deadline import expect_time
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import degree, subtract
+from rulesheets.syntax.nodes import degree
 from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
@@ -60,7 +60,7 @@ def _forks(graph: ModelGraph, step: Step) -> bool:
     if isinstance(step, Evaluate | Select):
         return step.branches > 1
     rules = (graph.model.equations[index] for index in equations_of(step))
-    return any(degree(subtract(rule.left, rule.right), given_by(step)) > 1.0 for rule in rules)
+    return any(degree(rule.form, given_by(step)) > 1.0 for rule in rules)
 
 
 STEEP = 0.8

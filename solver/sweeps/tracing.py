@@ -160,7 +160,7 @@ class CurveSystem:
 
 def _direction(equation: Equation) -> tuple[str, float] | None:
     """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps at 180."""
-    sides = (equation.left, equation.right)
+    sides = equation.sides
     for one, other in (sides, sides[::-1]):
         if isinstance(one, Name) and isinstance(other, Call):
             row = TABLE[other.function]

@@ -303,7 +303,7 @@ def solved_pieces(
     chunks = takewhile(lambda _: not interrupted(), chunks)
     if scheduler is not None:
         return solved_on_cluster(work, chunks, scheduler)
-    if in_memory(side for one in work.model.equations for side in (one.left, one.right)):
+    if in_memory(side for one in work.model.equations for side in one.sides):
         jobs = 1
     if jobs is None and processors() > 1:
         return _adaptively(work, chunks, total, processors())
