@@ -54,7 +54,7 @@ def constant(expression: nodes.Expression) -> Value:
     from rulesheets.checks import check_constant  # a command with mere numbers starts without it
 
     refuse(check_constant(expression))
-    if any(isinstance(node, nodes.Call) for node in walk(expression)):
+    if any(nodes.calls(expression)):
         from rulesheets.evaluate.exact import with_round_values
 
         expression = with_round_values(expression)

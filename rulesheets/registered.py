@@ -17,7 +17,7 @@ from rulesheets.diagnosis import refusal
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function, Inverse
-from rulesheets.syntax.nodes import Call, Expression, call, walk
+from rulesheets.syntax.nodes import Expression, call, calls
 
 PYTHON = "<python>"
 """The source of a function that no file of a sheet has registered."""
@@ -236,8 +236,7 @@ def slope_by_differences(
 
 def in_memory(expressions: Iterable[Expression]) -> bool:
     """Whether these call a function that only this process has, because no file registers it."""
-    parts = (part for expression in expressions for part in walk(expression))
-    return any(isinstance(part, Call) and TABLE[part.function].source == PYTHON for part in parts)
+    return any(TABLE[call.function].source == PYTHON for call in calls(*expressions))
 
 
 # --- files ----------------------------------------------------------------------

@@ -16,7 +16,7 @@ from flint import arb, arb_mat, ctx
 from rulesheets.evaluate.number import Arithmetic, Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, names, walk
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, calls, names
 
 Ball: TypeAlias = Any
 """An ``arb`` of python-flint (which has no types of its own)."""
@@ -128,18 +128,17 @@ def _defined(result: Ball, operation: str, expression: Expression) -> Ball:
 
 def jumps(expressions: Iterable[Expression], unknowns: Collection[str]) -> tuple[Call, ...]:
     """The calls in expressions of functions with jumps, with an unknown in their arguments."""
-    calls = (part for one in expressions for part in walk(one) if isinstance(part, Call))
-    jumping = (call for call in calls if TABLE[call.function].steady)
+    jumping = (call for call in calls(*expressions) if TABLE[call.function].steady)
     found = (call for call in jumping if not set(unknowns).isdisjoint(names(call)))
     return tuple(dict.fromkeys(found))
 
 
-def continuous(calls: Iterable[Call], balls: Mapping[str, Ball]) -> bool:
+def continuous(jumping: Iterable[Call], balls: Mapping[str, Ball]) -> bool:
     """Whether none of these calls can jump within the balls of their variables.
 
     Raises as ``enclosing_ball`` does.
     """
-    for call in calls:
+    for call in jumping:
         steady = TABLE[call.function].steady
         if steady and not steady(*(enclosing_ball(one, balls) for one in call.arguments)):
             return False

@@ -23,9 +23,9 @@ from rulesheets.syntax.nodes import (
     Power,
     Product,
     Quotient,
+    calls,
     children,
     names,
-    walk,
 )
 
 Extended: TypeAlias = Any
@@ -122,8 +122,8 @@ def extended_derivatives(
 
 def in_many_digits(expression: Expression) -> bool:
     """Whether every function in it has a form in many digits."""
-    calls = (part for part in walk(expression) if isinstance(part, Call))
-    return all(TABLE[call.function].digits or TABLE[call.function].definition for call in calls)
+    rows = (TABLE[call.function] for call in calls(expression))
+    return all(row.digits or row.definition for row in rows)
 
 
 class Digits(Arithmetic[Extended]):

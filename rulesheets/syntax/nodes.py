@@ -502,15 +502,18 @@ def leaves(node: Expression | Condition, kind: type[_Leaf]) -> Iterator[_Leaf]:
             stack.extend(parts[::-1])
 
 
-def walk(
-    *roots: Expression | Condition,
-) -> Iterator[Expression | Condition]:
+def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
     """Nodes and all their parts, left to right, each before its own parts."""
     stack = [*reversed(roots)]
     while stack:
         item = stack.pop()
         yield item
         stack.extend(reversed(children(item)))
+
+
+def calls(*roots: Expression | Condition) -> Iterator[Call]:
+    """The calls of functions in nodes, left to right, each before those in its arguments."""
+    return (node for node in walk(*roots) if isinstance(node, Call))
 
 
 def names_of(body: RuleBody) -> Iterable[str]:

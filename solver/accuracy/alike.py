@@ -32,6 +32,7 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    calls,
     terms,
     walk,
 )
@@ -287,7 +288,7 @@ def multiplied_out(
 def _spread(node: Expression) -> Expression:
     """The sum of the sizes of the terms of an expression with brackets multiplied out."""
     match node:
-        case Sum(terms) if not any(isinstance(part, Call) for part in walk(node)):
+        case Sum(terms) if not any(calls(node)):
             return Sum(tuple(map(_spread, terms)))
         case Negative(operand):
             return _spread(operand)

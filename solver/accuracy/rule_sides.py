@@ -12,7 +12,17 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value, once
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Symbol, map_leaves, terms, walk
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Symbol,
+    calls,
+    map_leaves,
+    terms,
+    walk,
+)
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
 MANY = 30
@@ -117,8 +127,7 @@ def gross(equation: Equation, values: Mapping[str, Value]) -> float:
 @once
 def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps."""
-    parts = walk(*equation.sides)
-    return any(isinstance(node, Call) and node.function in _JUMPING for node in parts)
+    return any(call.function in _JUMPING for call in calls(*equation.sides))
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:

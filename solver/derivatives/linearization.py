@@ -18,7 +18,7 @@ from rulesheets.evaluate.digits import context, extended_derivatives, in_many_di
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import ZERO, Call, Expression, Number, Quotient, subtract, walk
+from rulesheets.syntax.nodes import ZERO, Expression, Number, Quotient, calls, subtract
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
 from solver.accuracy.rule_sides import sides, symbol_of
 from solver.numerics.elimination import eliminate_rows, independent_rows
@@ -301,7 +301,7 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
 def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
     """Pairs that are equal at a kink or a jump of a function in the equation, but not near it."""
     met: list[Pair] = []
-    for call in (node for node in walk(*equation.sides) if isinstance(node, Call)):
+    for call in calls(*equation.sides):
         match call.function, call.arguments:
             case "abs" | "sgn", (x,):
                 met.append((x, ZERO))

@@ -11,7 +11,7 @@ import numpy as np
 
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Call, walk
+from rulesheets.syntax.nodes import calls
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, jumps
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
@@ -231,8 +231,8 @@ class Candidates:
         rules = [
             rule
             for rule in self.problem.kernel.equations
-            for node in walk(*rule.sides)
-            if isinstance(node, Call) and not TABLE[node.function].smooth
+            for call in calls(*rule.sides)
+            if not TABLE[call.function].smooth
         ]
         return all(any(bends(rule, side) for rule in rules) for side in (1.0, -1.0))
 

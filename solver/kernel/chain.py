@@ -35,6 +35,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     call,
+    calls,
     children,
     exchange,
     is_number,
@@ -366,19 +367,15 @@ def stepwise(expression: Expression) -> Expression:
 
 def chosen(expression: Expression) -> Iterator[Expression]:
     """What functions choose among, whose slope may be that of another argument at a pole of one."""
-    for part in walk(expression):
-        if isinstance(part, Call) and part.function in CHOOSING:
+    for part in calls(expression):
+        if part.function in CHOOSING:
             yield from part.arguments
 
 
 def directions(expression: Expression) -> Iterator[Call]:
     """The directions of points (x, y) in an expression: they jump where y changes sign and x is
     negative."""
-    return (
-        part
-        for part in walk(expression)
-        if isinstance(part, Call) and TABLE[part.function].direction
-    )
+    return (part for part in calls(expression) if TABLE[part.function].direction)
 
 
 # --- slopes by the tear ---
@@ -582,19 +579,19 @@ def sides(chain: Chain) -> tuple[Chain, ...]:
 
     The residual at every point is that of one of the chains, if it has a value there.
     """
-    calls = dict.fromkeys(
-        call
+    jumping = dict.fromkeys(
+        part
         for item in chain.assignments
-        for call in (*directions(item.expression), *steps(stepwise(item.expression)))
+        for part in (*directions(item.expression), *steps(stepwise(item.expression)))
     )
-    if not 0 < len(calls) <= MOST_SIDES:
+    if not 0 < len(jumping) <= MOST_SIDES:
         return ()
     found = []
-    for upper in itertools.product((True, False), repeat=len(calls)):
+    for upper in itertools.product((True, False), repeat=len(jumping)):
         assignments: list[Assignment] = []
         for item in chain.assignments:
             expression = stepwise(item.expression)
-            for number, (turn, above) in enumerate(zip(calls, upper, strict=True)):
+            for number, (turn, above) in enumerate(zip(jumping, upper, strict=True)):
                 if turn not in walk(expression):
                     continue
                 name = f"#side {number}"

@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING
 
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, walk
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, FLOATS, BlockKernel, Unclear, candidates
 from solver.kernel.candidates import (
@@ -101,8 +100,7 @@ def may_be_polynomial(kernel: BlockKernel) -> bool:
         return False
 
     def found() -> bool:
-        calls = (node for form in kernel.forms for node in walk(form) if isinstance(node, Call))
-        return all(unknowns.isdisjoint(nodes.names(call)) for call in calls)
+        return all(unknowns.isdisjoint(nodes.names(call)) for call in nodes.calls(*kernel.forms))
 
     return kernel.once("polynomial", found)
 

@@ -31,6 +31,7 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    calls,
     exchange,
     multiply,
     names,
@@ -309,11 +310,8 @@ def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
 
 
 def _terms_of_exponents(rule: Equation) -> Iterator[str]:
-    waiting = [
-        node.arguments[0]
-        for node in walk(*rule.sides)
-        if isinstance(node, Call) and node.function in _EXPONENTIALS
-    ]
+    found = (call for call in calls(*rule.sides) if call.function in _EXPONENTIALS)
+    waiting = [call.arguments[0] for call in found]
     while waiting:
         match waiting.pop():
             case Name(name):
@@ -345,18 +343,13 @@ class Tangents:
         self._arguments = []
         for shape in self.system.shapes:
             moving = {f"#{k}" for k, _ in shape.moving}
-            calls = dict.fromkeys(
-                part
-                for part in walk(shape.form)
-                if isinstance(part, Call)
-                and part.function == "exp"
-                and not moving.isdisjoint(names(part))
-            )
-            if not calls:
+            exponentials = (call for call in calls(shape.form) if call.function == "exp")
+            kinds = dict.fromkeys(e for e in exponentials if not moving.isdisjoint(names(e)))
+            if not kinds:
                 continue
-            count, inside = len(shape.numbers), [call.arguments[0] for call in calls]
+            count, inside = len(shape.numbers), [call.arguments[0] for call in kinds]
             self._arguments.append((shape, shape.compiled(inside), count))
-            for number, (call, argument) in enumerate(zip(calls, inside, strict=True)):
+            for number, (call, argument) in enumerate(zip(kinds, inside, strict=True)):
                 point = Name(f"#.{count + number}")
                 tangent = multiply(Call("exp", (point,)), nodes.add(ONE, argument, negative(point)))
                 shape.form = exchange(shape.form, call, tangent)

@@ -25,6 +25,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
+    calls,
     children,
     map_leaves,
     rebuilt,
@@ -336,14 +337,14 @@ STEPS = frozenset({"frac", "int", "mod", "round"})
 def phases(*sides: Node) -> list[Expression]:
     """The arguments of functions that repeat themselves, go through 0 again and again as they grow,
     or jump at every whole number."""
-    calls = [node for node in walk(*sides) if isinstance(node, Call)]
-    found = [call.arguments[-1] for call in calls if call.function in REPEATING]
-    return found + [call.arguments[0] for call in calls if call.function in STEPS]
+    called = [*calls(*sides)]
+    found = [call.arguments[-1] for call in called if call.function in REPEATING]
+    return found + [call.arguments[0] for call in called if call.function in STEPS]
 
 
 def _reads_angles(rule: Equation) -> bool:
-    calls = (node.function for node in walk(*rule.sides) if isinstance(node, Call))
-    return any(TABLE[name].turn or TABLE[name].angle for name in calls)
+    rows = (TABLE[call.function] for call in calls(*rule.sides))
+    return any(row.turn or row.angle for row in rows)
 
 
 def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:

@@ -30,11 +30,11 @@ from rulesheets.syntax.nodes import (
     Sum,
     add,
     call,
+    calls,
     exchange,
     is_number,
     negative,
     rebuilt,
-    walk,
 )
 from solver.path import TARGET, Isolation, Quadratic, Stage
 from solver.path.polynomial import NoForm
@@ -397,9 +397,8 @@ def _single(
     form: Expression, functions: Collection[str]
 ) -> tuple[Call, Expression, Expression] | None:
     """The single operation of some kinds in which a form is linear, its factor, and the rest."""
-    parts = [part for part in walk(form) if isinstance(part, Call) and part.function in functions]
     linear = []
-    for part in dict.fromkeys(parts):
+    for part in dict.fromkeys(part for part in calls(form) if part.function in functions):
         match polynomial_of(exchange(form, part, Name(PART)), ZERO, PART):
             case (rest, factor), False:
                 linear.append((part, factor, rest))

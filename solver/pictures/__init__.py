@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.checks import PLACES, marks_of, parts
-from rulesheets.diagnosis import refusal
+from rulesheets.diagnosis import listed, refusal
 from rulesheets.evaluate import Undefined, value
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Expression, Figure, names
@@ -160,8 +160,7 @@ def picture_kind(
     """The ending of a picture file. Raises RuleSheetError: E433 for another one, E432."""
     kind = os.path.splitext(path)[1].lower()
     if kind not in kinds:
-        endings = " or ".join(filter(None, (", ".join(kinds[:-1]), kinds[-1])))
-        raise refusal("E433", f"{path}: a {what} ends in {endings}", None, *notes)
+        raise refusal("E433", f"{path}: a {what} ends in {listed(kinds, 'or')}", None, *notes)
     if kind != ".csv":
         require_matplotlib()
     return kind

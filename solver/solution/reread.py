@@ -27,7 +27,7 @@ from rulesheets.evaluate.digits import (
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Call, Name, Number, Quotient, exchange, walk
+from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import (
@@ -314,10 +314,8 @@ def fixed_otherwise(asked: Asked, refusals: Sequence[Fact]) -> Fixed | None:
             case _:
                 continue
         rules = [asked.model.equations[e] for e in equations]
-        parts = walk(*(side for rule in rules for side in rule.sides))
-        if any(rule.guard for rule in rules) or any(
-            isinstance(part, Call) and part.function in _FLAT for part in parts
-        ):
+        flat = (call.function in _FLAT for rule in rules for call in calls(*rule.sides))
+        if any(rule.guard for rule in rules) or any(flat):
             continue  # what they say may differ from one range of their variables to the next
         if (found := next(_fixed(asked, rules, unknowns, patience), None)) is not None:
             return found
