@@ -412,8 +412,11 @@ class StepSolver:
         self.delicate = self.delicate or off <= DELICATE * self._size()
         if is_open or off > self._near(CLEAR) * self._size():
             kind = _NEEDS.get(stage.operation, f"{stage.operation} =")
-            reading = f"{kind} {number_text(float(target))}"  # such as sqrt of -3.2, cosd = 1.08
-            if off and float(target) == edge:  # which only more digits tell from it
+            shown = float(f"{float(target):.10g}")
+            if shown == edge:  # which only more digits tell from it
+                shown = float(target)
+            reading = f"{kind} {number_text(shown)}"  # such as sqrt of -3.2, cosd = 1.08
+            if off and shown == edge:
                 reading += f" {'-' if target < edge else '+'} {number_text(float(off))}"
             raise NoPreimage(NoValue(self.index, self.unknown, reading, pole=False))
         self.clamped = True
