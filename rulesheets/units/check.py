@@ -70,6 +70,12 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
+    for name, variable in model.variables.items():
+        form = None if variable.unit or not variable.posted else dimensions.known(name)
+        if form is not None and (not sure or isinstance(variable.value, float)):
+            rules = [dimensions.statements[index].place for index in sorted(form.why)]
+            if rules and (warning := _absorbed(name, form, rules)):
+                said.setdefault((rules[0].file, rules[0].start, rules[0].end), warning)
     warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
     if warm:
         for equation, warning in Weights(model).warnings(sure):
@@ -191,6 +197,16 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
                 cures = [f"write {twin} instead of {side.function}"]
     notes = [f"from {rule}" for rule in rules[:4]]
     return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
+
+
+def _absorbed(name: str, form: Powers, rules: Sequence[Span]) -> Diagnosis | None:
+    """A factor between units that only a number without a unit would make up for."""
+    size = float(form.sure.get(SIZE, 0.0)) if not form.sure.keys() - {SIZE} else 0.0
+    if not abs(size) > RELATIVE:
+        return None
+    message = f"{name} is a number, and a factor of {math.exp(abs(size)):.6g} is missing"
+    cure = f"write the factor, or the unit of {name} if it has one"
+    return Diagnosis("W604", Severity.WARNING, message, tuple(map(Label, rules[:3])), (cure,))
 
 
 def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str, list[str]]:

@@ -343,6 +343,20 @@ def test_the_unit_to_change_is_named(variables: str, rules: str, change: str) ->
     assert warning.notes[0].startswith(change)
 
 
+def test_a_number_makes_up_for_no_factor() -> None:
+    rules = "Pin = P/eta\nPin = V*I"
+    model = model_of("P [kW],V [V],I [A],eta = 0.9", rules)
+    assert [one.code for one in check_units(model, sure=True)] == ["W604"]
+    for row in ("eta = 90 [%]", "eta [W/kW]"):
+        assert not any(
+            w.code == "W604" for w in check_units(model_of(f"P [kW],V [V],I [A],{row}", rules))
+        )
+    # one that is computed may be meant so: it is told by `backsolve check` alone
+    slope = model_of("h [mm],s [m]", "slope = h/s")
+    assert [one.code for one in check_units(slope)] == ["W604"]
+    assert not check_units(slope, sure=True)
+
+
 def test_a_reading_of_a_temperature_scale_is_not_called_kelvin() -> None:
     model = model_of("T [degC],q [W],h [W/m^2-K],A [m^2]", "Ts = T - q*R\nR = 1/(h*A)")
     assert inferred(model) == {"Ts": "degC, or K of a difference", "R": "K/W"}
