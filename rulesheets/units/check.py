@@ -16,10 +16,10 @@ from itertools import chain, product
 from typing import NamedTuple
 
 from rulesheets.checks import PLACES, marks_of
-from rulesheets.diagnosis import Diagnosis, Label, Severity
+from rulesheets.diagnosis import Diagnosis, Label, Severity, listed
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
-from rulesheets.library import library
+from rulesheets.library import Unit, library
 from rulesheets.model import Equation, Model
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
@@ -70,12 +70,6 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
-    for name, variable in model.variables.items():
-        form = None if variable.unit or not variable.posted else dimensions.known(name)
-        if form is not None and (not sure or isinstance(variable.value, float)):
-            rules = [dimensions.statements[index].place for index in sorted(form.why)]
-            if rules and (warning := _absorbed(name, form, rules)):
-                said.setdefault((rules[0].file, rules[0].start, rules[0].end), warning)
     warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
     if warm:
         for equation, warning in Weights(model).warnings(sure):
@@ -111,7 +105,6 @@ def inference(model: Model) -> Dimensions | None:
     if not units:
         return None
     values = {n: v.value for n, v in model.variables.items() if isinstance(v.value, float)}
-    dimensions = Dimensions(units, values, model.units)
     statements = [Statement(one.rule, one.left, one.right) for one in model.equations]
     compared: list[tuple[Condition, Span | None]] = []
     compared += ((one.comparison, one.rule) for one in model.requirements)
@@ -126,8 +119,20 @@ def inference(model: Model) -> Dimensions | None:
             if figure.unit and mark.kind in PLACES and mark.span is not None:
                 unit = Number(1.0, unit=figure.unit)
                 statements += [Statement(mark.span, part, unit) for part in mark.arguments]
-    dimensions.infer([statement for statement in statements if not _unchecked(statement.place)])
-    return dimensions
+    checked = [statement for statement in statements if not _unchecked(statement.place)]
+    while True:
+        dimensions = Dimensions(units, values, model.units)
+        dimensions.infer(checked)
+        free = values.keys() - units.keys()
+        if not (numbers := [name for name in free if _makes_up(dimensions.known(name))]):
+            return dimensions
+        units |= dict.fromkeys(numbers, Unit())
+
+
+def _makes_up(form: Powers | None) -> bool:
+    """Whether a number would have to make up for a factor between the units of others."""
+    sure = {} if form is None else form.sure
+    return sure.keys() == {SIZE} and abs(float(sure[SIZE])) > RELATIVE
 
 
 def _unchecked(place: Span) -> bool:
@@ -189,7 +194,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
         message = f"{each}: a factor of {share} is missing"
         shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
-        change = next(_in_base_units(model, nodes, found.factor), None)
+        change = _in_base_units(model, nodes, found.factor)
         written = f"write {share}*{shown}"
         cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
         for side in nodes:
@@ -197,16 +202,6 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
                 cures = [f"write {twin} instead of {side.function}"]
     notes = [f"from {rule}" for rule in rules[:4]]
     return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
-
-
-def _absorbed(name: str, form: Powers, rules: Sequence[Span]) -> Diagnosis | None:
-    """A factor between units that only a number without a unit would make up for."""
-    size = float(form.sure.get(SIZE, 0.0)) if not form.sure.keys() - {SIZE} else 0.0
-    if not abs(size) > RELATIVE:
-        return None
-    message = f"{name} is a number, and a factor of {math.exp(abs(size)):.6g} is missing"
-    cure = f"write the factor, or the unit of {name} if it has one"
-    return Diagnosis("W604", Severity.WARNING, message, tuple(map(Label, rules[:3])), (cure,))
 
 
 def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str, list[str]]:
@@ -232,15 +227,21 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
     return []
 
 
-def _in_base_units(model: Model, sides: Sequence[Expression], factor: float) -> Iterator[str]:
-    """Variables without whose multiple or part of a unit the sides would not differ by a factor."""
+def _in_base_units(model: Model, sides: Sequence[Expression], factor: float) -> str | None:
+    """What to change for sides not to differ by a factor: the variable, or all those, in a multiple
+    or a part of a base unit."""
+    sizes, texts = dict[str, float](), dict[str, str]()
     for side, sign in zip(sides, (1, -1), strict=False):
         for leaf, power in _factors_of(side):
             if isinstance(leaf, Name) and (unit := model.variables[leaf.name].measure):
                 base = exponents(unit)
-                apart = float(sign * power) * float(base.pop(SIZE, 0.0)) - math.log(factor)
-                if abs(apart) < RELATIVE:
-                    yield f"give {leaf.name} in {unit_text(base)}"
+                if size := float(sign * power) * float(base.pop(SIZE, 0.0)):
+                    sizes[leaf.name] = sizes.get(leaf.name, 0.0) + size
+                    texts[leaf.name] = f"{leaf.name} in {unit_text(base)}"
+    for changed in (*([name] for name in sizes), [*sizes]):
+        if abs(sum(map(sizes.__getitem__, changed)) - math.log(factor)) < RELATIVE:
+            return f"give {listed([texts[name] for name in changed])}"
+    return None
 
 
 def _written(node: Expression, model: Model) -> str | None:

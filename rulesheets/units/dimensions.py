@@ -338,7 +338,8 @@ class Dimensions:
             written |= {math.pi, 2 * math.pi}
         if explained(factor, written):
             return True
-        variables = (self.forms[node.name] for node in nodes if isinstance(node, Name))
+        read = {node.name for node in nodes if isinstance(node, Name)}
+        variables = (self.forms[name] for name in read & self.forms.keys())
         if not any(ANGLE in form.known for form in variables):
             return False
         turns = [2 * math.pi] if written else []

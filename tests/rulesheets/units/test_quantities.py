@@ -335,7 +335,8 @@ def test_what_rules_imply_is_named() -> None:
         ("L [cm],k [W/m-K],A [m^2],h [W/m^2-K]", "R = 1/(h*A) + L/(k*A)", "give L in m"),
         ("p [kPa],F [N],d [m]", "p = F/d^2", "give p in Pa"),
         ("w [m/s],d [cm],t [s]", "w^2 = (d/t)^2", "give d in m"),
-        ("A [mm^2],b [cm],h [cm]", "A = b*h", "write"),
+        ("P [kW],T [N-m],n [rpm]", "P = T*n", "give P in W and n in rad/s"),
+        ("A [mm^2],b [cm],h [cm]", "A = b*h", "give A in m^2, b in m and h in m"),
     ],
 )
 def test_the_unit_to_change_is_named(variables: str, rules: str, change: str) -> None:
@@ -343,18 +344,21 @@ def test_the_unit_to_change_is_named(variables: str, rules: str, change: str) ->
     assert warning.notes[0].startswith(change)
 
 
-def test_a_number_makes_up_for_no_factor() -> None:
-    rules = "Pin = P/eta\nPin = V*I"
-    model = model_of("P [kW],V [V],I [A],eta = 0.9", rules)
-    assert [one.code for one in check_units(model, sure=True)] == ["W604"]
-    for row in ("eta = 90 [%]", "eta [W/kW]"):
-        assert not any(
-            w.code == "W604" for w in check_units(model_of(f"P [kW],V [V],I [A],{row}", rules))
-        )
-    # one that is computed may be meant so: it is told by `backsolve check` alone
-    slope = model_of("h [mm],s [m]", "slope = h/s")
-    assert [one.code for one in check_units(slope)] == ["W604"]
-    assert not check_units(slope, sure=True)
+@pytest.mark.parametrize(
+    ("variables", "rules", "change"),
+    [
+        ("P [kW],V [V],I [A],eta = 0.9", "V*I = P/eta", "give P in W"),
+        ("m [kg],v [km/h],mu = 0.7,d [m]", "mu*m*9.81[m/s^2]*d = m*v^2/2", "give v in m/s"),
+        (
+            "z [m],D [mm],v [m/s],f = 0.02,K = 8",
+            "z = (f*z/D + K)*v^2/(2*9.81[m/s^2])",
+            "give D in m",
+        ),
+    ],
+)
+def test_a_given_number_makes_up_for_no_factor(variables: str, rules: str, change: str) -> None:
+    (warning,) = check_units(model_of(variables, rules), sure=True)
+    assert warning.notes[0].startswith(change)
 
 
 def test_a_reading_of_a_temperature_scale_is_not_called_kelvin() -> None:
