@@ -186,10 +186,8 @@ class _Methods:
                 break
             if method is Method.RANGE and candidates.sensible is not None:
                 return self._outcome()
-        if settled is None and self.complete and candidates.is_empty:
-            settled = self._refuted()
-            if settled is not None:
-                return settled
+        if not self.kernel.linear and (refuted := self._refuted()) is not None:
+            return refuted
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
             # rounding may have separated curves that nearly meet, and left no answer
             from solver.kernel.full_search import free_curve
@@ -220,11 +218,13 @@ class _Methods:
         return open_ and affords_dense(self.kernel) and self.budget.last_resort()
 
     def _refuted(self) -> BlockOutcome | None:
-        """Why the rules contradict each other, whatever the unknowns are; None if that is
-        unknown."""
+        """Why the rules contradict each other, whatever the unknowns are; None if that is unknown.
+        Far out they may seem to touch."""
         from solver.kernel.linear_block import contradiction
 
-        conflict = contradiction(self.problem) if self.candidates.is_empty else None
+        found = self.candidates
+        open_ = found.outside is None and all(answer.double for answer in found.answers)
+        conflict = contradiction(self.problem) if open_ else None
         return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:

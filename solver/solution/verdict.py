@@ -352,6 +352,7 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
 def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
     """Wanted variables are missing: because of values (inactive rules), or of the inputs'
     pattern."""
+    leaves = _distinct(model, leaves)
     leaf = leaves[0]
     given = leaf.branch.given(inputs)
     undetermined = {*planner(model).path(given, leaf.branch.conditions).undetermined}

@@ -346,3 +346,36 @@ def test_a_local_without_a_value_spoils_no_answer():
     )
     assert [(answer["x"], answer["w"]) for answer in found.solutions] == [(2.0, 4.0), (-2.0, -4.0)]
     assert str(found.status) == "solved" and found.complete
+
+
+@pytest.mark.parametrize(
+    "form",
+    [
+        "(360 - d)*(c - d)",
+        "sin(c + d)*(c - d)",
+        "ln(c*d)*(c - d)",
+        "exp(c - d) + c",
+        "(c + d)^2 + (c - d)",
+    ],
+)
+@pytest.mark.parametrize("more", [(), ("d^5*(c*z + z/z) = 47249.9",)], ids=["alone", "third"])
+def test_one_form_has_one_value(form: str, more: tuple[str, ...]) -> None:
+    """Whatever its unknowns are; far out its rules only seem to touch. No third rule is to blame,
+    nor what it reads."""
+    given = {"z": -1.24} if more else {}
+    result = solve(f"{form} = -2208.554321525421", f"{form} = -1416.4420992", *more, **given)
+    (diagnosis,) = result.diagnoses
+    assert result.status is solver.Status.INCONSISTENT
+    assert diagnosis.message == "these rules contradict each other"
+    assert len(diagnosis.labels) == 2
+
+
+def test_a_partial_answer_is_listed_once() -> None:
+    """Of the signs of two angles the reactive power leaves one pair, whatever the voltage is."""
+    sheet = ("cosd(phi1) = pf1", "cosd(phi2) = pf2", "Q = P*(tand(phi1) - tand(phi2))", "P = V*I")
+    reactive = 80.0 * (math.tan(math.acos(0.72)) - math.tan(math.acos(0.95)))
+    result = solve(*sheet, pf1=0.72, pf2=0.95, P=80.0, Q=reactive)
+    assert result.status is solver.Status.PARTIAL
+    (solution,) = result.solutions
+    angles = [math.degrees(math.acos(pf)) for pf in (0.72, 0.95)]
+    assert [solution["phi1"], solution["phi2"]] == pytest.approx(angles, rel=1e-12)
