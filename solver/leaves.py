@@ -332,11 +332,15 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
         not asked.isdisjoint(unknowns) for _, unknowns in refused
     ):
         return True
-    missing = frozenset(leaf.missing)
-    given = leaf.branch.given(inputs)
-    path = planner(model).path(given, leaf.branch.conditions, want=missing)
-    leading = {equation for step in path.steps for equation in equations_of(step)}
+    leading = leading_to_missing(model, leaf, inputs)
     return any(not leading.isdisjoint(equations) for equations, _ in refused)
+
+
+def leading_to_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> set[int]:
+    """The equations on the path to what a leaf misses."""
+    given, missing = leaf.branch.given(inputs), frozenset(leaf.missing)
+    path = planner(model).path(given, leaf.branch.conditions, want=missing)
+    return {equation for step in path.steps for equation in equations_of(step)}
 
 
 def _without_value(model: Model, fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:

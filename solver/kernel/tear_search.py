@@ -119,6 +119,7 @@ class TearSearch:
     ) -> None:
         self.problem, self.candidates, self.brief = problem, candidates, brief
         self.kernel, self.budget = kernel, problem.budget
+        self.known = dict(zip(kernel.known, problem.known, strict=True))
         self.tear = self.kernel.block.tears[0]
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Undecided] = []
@@ -339,9 +340,8 @@ class TearSearch:
             first, second = (self._along(place, x) for x in _inside(low, high, self._size))
             apart = first and second and first[self.tear] != second[self.tear]
             if first and second and apart and self._satisfied(place, (first, second)):
-                known = dict(zip(self.kernel.known, self.problem.known, strict=True))
                 tears = first[self.tear], second[self.tear]
-                if not tends_to_zero(self.kernel.chains[place], tears, known):
+                if not tends_to_zero(self.kernel.chains[place], tears, self.known):
                     answers = self.candidates.answers
                     answers[:] = [one for one in answers if not self._joins(place, low, high, one)]
                     return self._free(first, second)
@@ -358,10 +358,9 @@ class TearSearch:
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
         """Whether the block really holds at all these points of a chain."""
-        known = dict(zip(self.kernel.known, self.problem.known, strict=True))
         chain = self.kernel.chains[place]
         return all(map(self.problem.holds, points)) and all(
-            vanishes(chain, point[self.tear], known) for point in points
+            vanishes(chain, point[self.tear], self.known) for point in points
         )
 
     def _free(self, first: dict[str, float], second: dict[str, float]) -> BlockOutcome:
@@ -394,9 +393,8 @@ class TearSearch:
 
     def _is_absorbed(self, place: int, x: float) -> bool:
         """Whether the residual is 0 only because floats as large as x absorb its other terms."""
-        known = dict(zip(self.kernel.known, self.problem.known, strict=True))
         far = abs(x) * EPS > self._size
-        return far and not vanishes(self.kernel.chains[place], x, known)
+        return far and not vanishes(self.kernel.chains[place], x, self.known)
 
     def _candidate(self, place: int, root: float) -> None:
         point = self._along(place, root)

@@ -31,6 +31,7 @@ from solver.leaves import (
     Exploration,
     Leaf,
     blocked,
+    leading_to_missing,
     leaf_errors,
     within_one_turn,
 )
@@ -45,7 +46,7 @@ from solver.numerics.tolerances import (
     SAME_ANSWER,
     VAGUE,
 )
-from solver.path import Evaluate, SolveBlock, equations_of
+from solver.path import Evaluate, SolveBlock
 from solver.path.cases import MIRRORED
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
@@ -359,9 +360,7 @@ def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -
     structural = tuple(name for name in leaf.missing if name in undetermined)  # for any values
     # what stands in the way of the missing names; all there is, where none of it is on their path
     every = leaf.branch.reasons
-    missing = frozenset(leaf.missing)
-    way = planner(model).path(given, leaf.branch.conditions, want=missing)
-    used = {equation for step in way.steps for equation in equations_of(step)}
+    used = leading_to_missing(model, leaf, inputs)
     why = tuple(fact for fact in every if used.intersection(facts.about(fact))) or every
     status = Status.PARTIAL
     if len(structural) < len(leaf.missing) or (why and not structural):
