@@ -425,7 +425,15 @@ class _Explanation:
         for name, value in cures(self.asked, inputs[:MAX_INPUTS], known, self.patience):
             told = _text(value) if isinstance(value, str) else f"{value:.10g}"
             notes.append(f"leave out {name}: the other inputs make it {told}")
+        notes += self._fixed_by_rules(rules)
         return self._error("S520", message, rules, inputs, *notes)
+
+    def _fixed_by_rules(self, equations: Sequence[int]) -> Iterator[str]:
+        """Rules such as ``x = 3``, which no input replaces."""
+        for equation in map(self.model.equations.__getitem__, equations):
+            if len(equation.names) == 1 and isinstance(equation.left, Name) and not equation.guard:
+                rule = " ".join(equation.rule.text.split())
+                yield f"{rule} is a rule: write it under `variables` to change {equation.left.name}"
 
     def _bounds(
         self, equations: Sequence[int], unknowns: Sequence[str], read: Sequence[str] = ()

@@ -286,3 +286,11 @@ def test_the_way_to_a_solution_may_be_long_but_keeps_its_sign() -> None:
     text = "variables\n  I = 800\n  h\n  E\n  x\nrules\n  E = I*h/(h^2 + x^2)^1.5"
     (refusal,) = solver.solve(rulesheets.loads(text), {"E": 50.0, "h": 90.0}).diagnoses
     assert "h ≤ 4" in refusal.notes[0]
+
+
+def test_a_contradiction_tells_which_rule_could_be_an_input() -> None:
+    model = rulesheets.loads("variables\n  y\nrules\n  x = 3\n  y = 2*x")
+    for inputs in ({"x": 4.0}, {"y": 8.0, "x": None}):
+        (told,) = solver.solve(model, inputs).diagnoses
+        assert told.code == "S520"
+        assert "x = 3 is a rule: write it under `variables` to change x" in told.notes
