@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import csv
 import os
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from datetime import timedelta
 from itertools import chain
 from math import inf
@@ -29,9 +30,10 @@ from solver.commands import (
 )
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.files import Printed, write_file
-from solver.files.tables import Chunk, CsvFile, Table, joined, table_file
+from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner
 from solver.pictures import PICTURES, picture_kind
+from solver.report import table
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, work_of
@@ -130,6 +132,40 @@ class PlotSink:
         self._pieces = []
 
 
+class Screenful:
+    """Lines of a table on a terminal, with the digits of a solve."""
+
+    def __init__(self, file: Printed, names: Sequence[str]) -> None:
+        self._file, self._head = file, _cells(csv_head(names))[0]
+        self.close, self.discard = file.keep, file.discard
+        self._least: list[int] = []
+
+    def add(self, piece: Table) -> None:
+        rows = _cells(csv_rows(piece))
+        columns = zip(*filter(None, (self._head, *rows)), strict=True)
+        self._least = self._least or [max(map(len, column)) for column in columns]
+        self._file.write(f"{table(self._head, rows, self._least, soft=())}\n".encode())
+        self._head = []
+
+
+def _cells(lines: bytes) -> list[list[str]]:
+    """The cells of lines of CSV, numbers with the digits of a solve."""
+    return [[*map(_in_ten_digits, row)] for row in csv.reader(lines.decode().splitlines())]
+
+
+def _in_ten_digits(cell: str) -> str:
+    try:
+        return f"{float(cell):.10g}"
+    except ValueError:
+        return cell
+
+
+def _printed(names: Sequence[str], clear: Callable[[], None] = lambda: None) -> Sink:
+    """A table for people on a terminal, else CSV."""
+    file = Printed(sys.stdout, clear)
+    return Screenful(file, names) if sys.stdout.isatty() else CsvFile(file, names)
+
+
 INTERRUPTED = 130
 
 
@@ -170,7 +206,7 @@ def _run(arguments: Namespace) -> int:
         sinks.append(table_file(arguments.output, names, symbolic(work.model)))
     if arguments.plot:  # after the table, which is in its place before the picture is drawn
         sinks.append(PlotSink(arguments.plot, work, swept))
-    sinks = sinks or [CsvFile(Printed(sys.stdout, progress.end), names)]
+    sinks = sinks or [_printed(names, progress.end)]
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     try:
         with setting(WATCH, progress.within):
@@ -226,7 +262,7 @@ def follow(arguments: Namespace) -> int:
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
     names = heads(tuple(table), model)
-    sink: Sink = CsvFile(Printed(sys.stdout), names)
+    sink = _printed(names)
     if arguments.output:
         sink = table_file(arguments.output, names, symbolic(model))
     streamed(iter([table]), [sink], model=model)

@@ -6,12 +6,14 @@ import io
 import re
 import sys
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
 import rulesheets
 import solver
 from rulesheets.diagnosis import render
+from solver.__main__ import main
 from solver.report import PLAIN, SCREEN, Screen, screen_of, table, width
 from solver.report.derivation import why, why_text
 from solver.report.sheet import result_text
@@ -137,3 +139,21 @@ def test_a_chain_that_is_too_long_has_a_line_for_each_equal() -> None:
     SCREEN.reset(before)
     assert "hypotenuse = sqrt(a^2 + b^2) + a*b/(a + b)\n              = sqrt(3^2" in text
     assert max(map(len, lines(text))) <= 60
+
+
+def test_a_sweep_on_a_terminal_has_aligned_columns(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    sheet = tmp_path / "root.tk"
+    sheet.write_text("y^2 = x\n")
+    monkeypatch.setenv("NO_COLOR", "1")
+    monkeypatch.setattr(sys, "stdout", terminal := Terminal())
+    assert main(["sweep", str(sheet), "--over", "x=-1,2,4", "--want", "y"]) == 1
+    assert lines(terminal.getvalue()) == [
+        "x   y            answers  status",
+        "--  -----------  -------  ----------",
+        "-1               0        infeasible",
+        "2   1.414213562  2        solved",
+        "4   2            2        solved",
+        "",
+    ]
