@@ -205,7 +205,7 @@ def export(
 def first_axes(
     model: Model, inputs: Mapping[str, Value | None], guesses: Mapping[str, float]
 ) -> Axes:
-    """The inputs that drive the figures, else the first numbers; ranges about their values."""
+    """The inputs that drive the figures, else the first numbers; ranges that hold their values."""
     result = solve(model, inputs, guesses=guesses)
     numbers = [name for name, value in result.inputs.items() if isinstance(value, float)]
     drivers = list(dict.fromkeys(handle.driver for handle in handles(result)))
@@ -214,13 +214,15 @@ def first_axes(
     return {name: _range(model, name, float(result.inputs[name]), points) for name in chosen}
 
 
-def _range(model: Model, name: str, value: float, points: int) -> list[Value]:
+def _range(model: Model, name: str, value: float, points: int) -> list[float]:
     whole, variable = turn(model, name), model.variables[name]
     if whole:
         return [value + whole * k / 72 for k in range(-36, 37)]
     low, high = (value / 2, value * 1.5) if value else (-1.0, 1.0)
     low, high = max(min(low, high), variable.low), min(max(low, high), variable.high)
-    return [low + (high - low) * k / (points - 1) for k in range(points)]
+    found = [low + (high - low) * k / (points - 1) for k in range(points)]
+    found[min(range(points), key=lambda k: abs(found[k] - value))] = value
+    return found
 
 
 def _shown(model: Model) -> list[Variable]:

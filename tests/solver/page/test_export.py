@@ -87,3 +87,9 @@ def test_values_are_exported_in_the_units_shown() -> None:
     assert data["axes"][0]["values"] == [10, 20]
     assert [(one["name"], one["unit"]) for one in data["variables"]] == [("Q", "L/s"), ("P", "kW")]
     assert data["values"] == [[10, 1.962], [20, 3.924]]
+
+
+def test_a_page_begins_at_the_values_of_the_sheet() -> None:
+    sheet = "variables\n  a = 3\n  b = 4\n  r\nrules\n  r = a*b\n"
+    for axis in document(export(rulesheets.loads(sheet), {}, {}, {})[0])["axes"]:
+        assert axis["values"][axis["at"]] == {"a": 3, "b": 4}[axis["name"]]
