@@ -219,6 +219,8 @@ def _tied(
 
 _DIGITS = frozenset("0123456789+-.eE")
 _PLUS_MINUS = ("±", "+/-", "+-")
+FEW = 12
+"""Names that are listed where one is unknown and like none of them."""
 _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 
 
@@ -538,4 +540,8 @@ def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
 def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:
     """The complaint about a name that the model does not have, with a suggestion."""
     notes = meant(name, model.variables)
+    names = [one for one, variable in model.variables.items() if variable.posted]
+    if names and not notes:
+        more = ", …" if len(names) > FEW else ""
+        notes = (f"its variables are {', '.join(names[:FEW])}{more}",)
     return error_at("E407", f"{model.name} has no variable {name}", place, *notes)

@@ -12,6 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from math import inf
+from textwrap import wrap
 from typing import Any, NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, setting, time_limit
@@ -115,10 +116,17 @@ class _Parser(ArgumentParser):
 
 
 def unknown_command(word: str, commands: Collection[str]) -> int:
-    print(f"backsolve: there is no command {escaped(word)}", file=sys.stderr)
-    for note in suggestion(word, commands):
-        print(f"  {note}", file=sys.stderr)
-    print(f"  the commands are {', '.join(commands)}", file=sys.stderr)
+    sheet = word.endswith(".tk") or os.path.exists(word)
+    notes = (f"did you mean backsolve solve {word}?",) if sheet else suggestion(word, commands)
+    listing = f"the commands are {', '.join(commands)}"
+    for note in (
+        f"backsolve: there is no command {word}",
+        *(f"  {note}" for note in (*notes, listing)),
+    ):
+        lines = wrap(
+            escaped(note), screen_of(sys.stderr).width or len(note), subsequent_indent="    "
+        )
+        print("\n".join(lines), file=sys.stderr)
     return WRONG
 
 
@@ -237,9 +245,14 @@ def read_request(arguments: Namespace) -> Request:
     guesses: dict[str, float] = {}
     tolerances: dict[str, Tolerance] = {}
     files = model.files
+    complaints: list[Diagnosis] = []
     if arguments.variables:
         beside = "." if arguments.sheet == "-" else arguments.sheet
-        filled_in = find_variable_sheet(arguments.variables, beside)
+        try:
+            filled_in = find_variable_sheet(arguments.variables, beside)
+        except RuleSheetError as wrong:
+            list(_options(arguments, model, complaints))  # an option without a value explains it
+            raise RuleSheetError(*complaints, *wrong.diagnoses) from None
         files = (*files, filled_in)
         from rulesheets.variables import read_variable_sheet
 
@@ -247,7 +260,6 @@ def read_request(arguments: Namespace) -> Request:
     options: dict[str, Value | None] = {}
     units: dict[str, str] = {}
     want: list[str] = []
-    complaints: list[Diagnosis] = []
     for option, name, text in _options(arguments, model, complaints):
         try:
             if option.name == "want":
@@ -289,7 +301,7 @@ def _options(
             if kind in ("clear", "want"):
                 pairs = [(part.strip(), "") for part in text.split(",") if part.strip()]
             elif not (name and equals):
-                note = f"write --{kind} NAME=VALUE, such as --{kind} NAME=3"
+                note = f"write --{kind} NAME=VALUE, such as --{kind} {name or 'NAME'}=3"
                 complaints.append(option.wrong("E420", f"--{kind} needs a name and a value", note))
                 continue
             for one, told in pairs:

@@ -131,6 +131,18 @@ def test_a_variable_sheet_that_is_nowhere(run: Run) -> None:
     assert "did you mean --over thetaAO=0:90:30?" in err
 
 
+def test_a_sheet_without_a_command_and_an_input_without_its_value(run: Run, sheet: str) -> None:
+    code, _, err = run(sheet)
+    assert code == 2
+    assert f"did you mean backsolve solve {sheet}?" in err
+    code, _, err = run("solve", "offset_slider_crank", "--set", "AO", "5")
+    assert code == 2
+    assert "write --set NAME=VALUE, such as --set AO=3" in err
+    code, _, err = run("solve", "offset_slider_crank", "--want", "zzz")
+    assert code == 2
+    assert "its variables are branch, AO, AB, offset, " in err
+
+
 def test_options_may_stand_anywhere(run: Run, sheet: str, tmp_path: Path) -> None:
     inputs = tmp_path / "inputs.csv"
     inputs.write_text("Name,Input\nb,12\n")
