@@ -11,7 +11,7 @@ from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, closest,
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import And, Name, walk
+from rulesheets.syntax.nodes import And, Name, Power, walk
 from solver import facts
 from solver.leaves import Asked, Leaf
 from solver.solution.remedy import (
@@ -399,6 +399,10 @@ class _Explanation:
             if name in others and (factors := _side_by_side(name, short - {name})):
                 others.remove(name)
                 yield f"{name} is one name: is {'*'.join(factors)} meant?"
+        if "e" in missing and "e" in others:
+            powers = (n for e in model.equations for n in walk(e.left, e.right))
+            if any(isinstance(node, Power) and node.base == Name("e") for node in powers):
+                yield "e is a variable: write exp(x) for a power of Euler's number"
         for name in rows if others else ():
             if name not in read and (name in missing or name in self.inputs):
                 near = closest(name, [other for other in others if other in short])

@@ -100,6 +100,7 @@ def test_to_give_what_is_asked_for_is_no_help(
         ("yy = k*T4", "no rule names y: is yy meant to be y?"),
         ("y = k*T4 + t0", None),  # every row is read
         ("y = kT4", "kT4 is one name: is k*T4 meant?"),
+        ("y = k*e^(-T4)", "e is a variable: write exp(x) for a power of Euler's number"),
         ("y = k*T4 + ykT4", "ykT4 is one name: is y*k*T4 meant?"),
     ],
 )
@@ -107,7 +108,9 @@ def test_a_name_that_may_be_misspelt_is_asked_about(rules: str, note: str | None
     sheet = f"variables\n  T4 = 300\n  k = 2\n  y\nrules\n  {rules}"
     result = solver.solve(rulesheets.loads(sheet))
     assert result.status is solver.Status.PARTIAL
-    assert [one for one in result.diagnoses[0].notes if "meant" in one] == ([note] if note else [])
+    assert [one for one in result.diagnoses[0].notes if "meant" in one or "Euler" in one] == (
+        [note] if note else []
+    )
 
 
 def test_what_conditions_read_may_determine_all_by_itself() -> None:
