@@ -220,11 +220,12 @@ class _Methods:
     def _refuted(self) -> BlockOutcome | None:
         """Why the rules contradict each other, whatever the unknowns are; None if that is unknown.
         Far out they may seem to touch."""
+        found = self.candidates
+        if found.outside is not None or not all(answer.double for answer in found.answers):
+            return None
         from solver.kernel.linear_block import contradiction
 
-        found = self.candidates
-        open_ = found.outside is None and all(answer.double for answer in found.answers)
-        conflict = contradiction(self.problem) if open_ else None
+        conflict = contradiction(self.problem)
         return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
 
     def _tried(self, method: Method) -> BlockOutcome | None:
