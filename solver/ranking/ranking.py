@@ -5,12 +5,12 @@ In this order: nearest to the guesses; fewest angles of a given tangent beyond a
 negative values (angles aside, and variables whose declared range reaches below 0; a temperature,
 mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
 zeros, factors among them; the smoothest, where rules of one form pass a quantity on from place to
-place; fewest angles beyond a right one; sizes near to those that the rules and the inputs suggest,
-within half a decade of the nearest; angles, and times and frequencies inside periodic functions,
-nearest to 0; the nearest sizes; and for what is still alike, fewest negative angles, and the
-variables one by one, in the order of their names. Away from guesses, answers with a number of
-unlikely size come after all others, the farthest last. Nothing depends on the order of rules or
-variables.
+place; fewest angles beyond a right one, or beside the values of the inverse function where their
+sine or cosine is known; sizes near to those that the rules and the inputs suggest, within half a
+decade of the nearest; angles, and times and frequencies inside periodic functions, nearest to 0;
+the nearest sizes; and for what is still alike, fewest negative angles, and the variables one by
+one, in the order of their names. Away from guesses, answers with a number of unlikely size come
+after all others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind
 of quantity that has negative values anyhow, given or in every answer (``signs.py``): where a crank
@@ -27,7 +27,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from rulesheets.evaluate import value
 from rulesheets.model import Model, Value
+from solver.path import TARGET
+from solver.path.graph import ModelGraph
 from solver.path.planner import planner
 from solver.ranking.signs import signs_of
 
@@ -145,6 +148,10 @@ class Ranking:
         ]
         self._inclined = [name in signs.inclinations for name in self.names]
         self._right = [signs.angles.get(name, 0.0) / 4.0 for name in self.names]
+        self._principal = [
+            _principal(self.graph, name, self.known) if angle else None
+            for name, angle in zip(self.names, self.angles, strict=True)
+        ]
         self._floors = [signs.floors.get(name, -np.inf) for name in self.names]
         self._factors = [
             (
@@ -269,7 +276,11 @@ class Ranking:
             if angle:
                 turned, minus = turned + abs(number), minus + signs[-2]
                 beyond = 1.0 * (abs(number) > right + least)
-                wide, back = wide + beyond, back + beyond * self._inclined[place]
+                back = back + beyond * self._inclined[place]
+                if (principal := self._principal[place]) is not None:
+                    low, high = principal
+                    beyond = 1.0 * (number < low - least) + 1.0 * (number > high + least)
+                wide = wide + beyond
                 continue
             there = 1.0 * (abs(number) > least) * (apart[place] * sizes[1][place] > ROUNDED_AWAY)
             below = (number < -least) * there
@@ -375,6 +386,33 @@ class Ranking:
         return [
             FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)
         ], determined
+
+
+def _principal(graph: ModelGraph, name: str, known: Collection[str]) -> tuple[float, float] | None:
+    """The range of the inverse function for an angle whose sine or cosine, or that of a multiple, a
+    rule gives by known names alone; None for another, and where the sheet's own value lies
+    outside."""
+    for index in graph.users[name]:
+        others = {*graph.model.equations[index].names} - {name}
+        isolation = graph.isolation(index, graph.number[name]) if others <= {*known} else None
+        stages = () if isolation is None else isolation.stages
+        place = next((k for k, stage in enumerate(stages) if len(stage.forms) == 2), None)
+        if place is None or not (turn := stages[place].period):
+            continue
+        low = 0.0 if stages[place].operation.startswith("cos") else -turn / 4
+        ends = [low, low + turn / 2]
+        for stage in stages[place + 1 :]:
+            if stage.operation not in ("negative", "product", "quotient"):
+                break
+            try:
+                ends = [value(stage.forms[0], {TARGET.name: end}) for end in ends]
+            except KeyError:
+                break
+        else:
+            own = graph.model.variables[name].value
+            outside = isinstance(own, float) and not min(ends) <= own <= max(ends)
+            return None if outside else (min(ends), max(ends))
+    return None
 
 
 def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:

@@ -636,3 +636,19 @@ def test_the_first_of_what_a_remainder_repeats_comes_first(
     others = [math.remainder(value - first, step) for value in found if value > 0.0]
     assert others == pytest.approx([0.0] * len(others), abs=1e-9)
     assert (len(found) <= 48, result.complete) == (True, False)
+
+
+@pytest.mark.parametrize("pf", [0.8, 0.95, -0.3])
+def test_a_known_cosine_means_its_arccosine(pf: float) -> None:
+    """Whatever follows from the angle: the leading current needs a reactive power of twice the
+    usual size."""
+    sheet = "cosd(phi) = pf\nQ = P*(tand(50) - tand(phi))"
+    result = solver.solve(rulesheets.loads(sheet), {"pf": pf, "P": 80.0})
+    assert result["phi"] == pytest.approx(math.degrees(math.acos(pf)), rel=1e-12)
+
+
+def test_of_two_elevations_the_lower_comes_first() -> None:
+    sheet = "R = v^2*sind(2*th)/g\nh = v^2*sind(th)^2/(2*g)\nt = 2*v*sind(th)/g"
+    result = solver.solve(rulesheets.loads(sheet), {"R": 190.0, "v": 67.0, "g": 9.81})
+    expected = math.degrees(math.asin(190.0 * 9.81 / 67.0**2)) / 2
+    assert result["th"] == pytest.approx(expected, rel=1e-12)
