@@ -11,9 +11,10 @@ from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, closest,
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
-from rulesheets.syntax.nodes import And, Name, Power, walk
+from rulesheets.syntax.nodes import And, Name, Power, names, walk
 from solver import facts
 from solver.leaves import Asked, Leaf
+from solver.path.planner import planner
 from solver.solution.remedy import (
     Patience,
     bounds,
@@ -370,7 +371,7 @@ class _Explanation:
 
     def _undetermined(self) -> Diagnosis:
         assert self.leaf is not None
-        missing = self.verdict.structural
+        missing = self._free(self.leaf)
         sets, most = givings(self.asked, self.leaf.branch, {*missing}, self.no_help)
         # to give all that is missing is no help
         helpful = [names for names in sets if names != missing]
@@ -384,6 +385,22 @@ class _Explanation:
             note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
         return self._error("S510", message, (), missing, *self._misspelt(missing), note)
+
+    def _free(self, leaf: Leaf) -> tuple[str, ...]:
+        """The missing names that stay free where every open condition holds on what is determined
+        then, or none does: what only waits for its case is no missing input."""
+        given, free, conditions = leaf.branch.given(self.inputs), set[str](), self.model.conditions
+        for outcome in (True, False):
+            case = dict.fromkeys(range(len(conditions)), outcome) | leaf.branch.conditions
+            while True:
+                loose = {*planner(self.model).path(given, case).undetermined}
+                unknown = {k for k in case if not loose.isdisjoint(names(conditions[k]))}
+                if unknown <= leaf.branch.conditions.keys():
+                    break
+                case = {k: v for k, v in case.items() if k not in unknown} | leaf.branch.conditions
+            free |= loose
+        structural = self.verdict.structural
+        return tuple(name for name in structural if name in free) or structural
 
     def _misspelt(self, missing: Sequence[str]) -> Iterator[str]:
         """Names without a row that are others side by side, and rows that no rule reads, each with

@@ -110,3 +110,24 @@ def test_rows_by_viscosity():
     for share in (1.0, 1.1, 1.2, 0.9, 0.8, 3.0, 2.5):
         nu = share * PARALLEL[0]
         check(PARALLEL, {**given, **dict(zip(plan.want, plan(nu), strict=True)), "nu": nu})
+
+
+@pytest.mark.parametrize(
+    ("network", "given", "cleared", "free"),
+    [
+        # the only pipe to its node carries what is drawn there, whatever its diameter is
+        (NINE_PIPES, "Q1", "D1", {"D1", "H1"}),
+        # a flow from the reservoir gives the head at its end, and so the flows beside it
+        (PARALLEL, "Q2", "D1", {"D1", "H1", "H3", "Q1", "Q3", "Q6"}),
+    ],
+    ids=["dead end", "beside"],
+)
+def test_what_only_the_case_decides_is_not_called_free(
+    network, given: str, cleared: str, free: set[str]
+) -> None:
+    model = loads(sheet(network))
+    value = solver.solve(model)[given]
+    result = solver.solve(model, {given: value, cleared: None})
+    (diagnosis,) = result.diagnoses
+    assert (str(result.status), diagnosis.code) == ("partial", "S510")
+    assert set(diagnosis.variables) == free
