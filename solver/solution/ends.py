@@ -254,15 +254,18 @@ def _moved(graph: ModelGraph, branch: Branch, name: str, value: float) -> bool:
     taken.
 
     None of the block that it came from may be left open by an unknown: no value of that need save
-    it.
+    it. They hold between the two as well; another root of them is an answer of its own.
     """
     trial, decided = {**branch.values, name: value}, branch.conditions
+    between = {**trial, name: (value + float(branch.values[name])) / 2.0}
     active = [e for i in graph.users[name] if activity(e := graph.model.equations[i], decided)]
     known = [e for e in active if all(other in trial for other in e.names)]
     told_by = () if name not in branch.origins else equations_of(branch.origins[name])
     if any(e.index in told_by and e not in known for e in active):
         return False
-    if not all(check_rule(e, trial).holds for e in known):
+    told = [e for e in known if e.index in told_by]
+    asked = (*((rule, trial) for rule in known), *((rule, between) for rule in told))
+    if not all(check_rule(rule, values).holds for rule, values in asked):
         return False
     branch.values[name] = value
     branch.precise.pop(name, None)

@@ -15,6 +15,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from importlib import import_module
+from itertools import combinations
 from pathlib import Path
 from typing import Any
 
@@ -164,6 +165,8 @@ def verdict(
         false += [
             f"{dict(answer)}: the root is {part:.0e} away" for answer, part in far if part > NEAR
         ]
+    pairs = combinations(result.solutions, 2)
+    false += [f"{dict(one)} is listed twice" for one, two in pairs if is_state(one, two, 1e-12)]
     if str(result.status) in ("infeasible", "inconsistent"):
         false.append(f"called {result.status}")
     if solved and result.complete and not any(is_state(a, planted, 1e-6) for a in result.solutions):

@@ -294,7 +294,7 @@ def rocker_dead_centres(a, b, c, d):
     return {**found, "swing": p2 - p1, "Q": (180 + lag) / (180 - lag)}
 
 
-@sheet(OWN, "w3 > w2, w4 > w2, mu > d, th4 > d")
+@sheet(OWN, "w3 > w2, w4 > w2, mu > d, th4 > d, K3 > d, th4 > a")
 def freudenstein(a, b, c, d, th2, w2):
     th3, th4 = four_bar_angles(a, b, c, d, th2, 1)
     t2, t3, t4 = map(radians, (th2, th3, th4))
