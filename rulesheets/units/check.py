@@ -94,7 +94,7 @@ def inferred(model: Model) -> dict[str, str]:
             blurred = math.isnan(form.sure.get(SIZE, 0.0)) and len(form.sure) > 1
             text = unit_text(form.sure)
             units[name] = "-" if text == NUMBER else f"{text}{' or a multiple' if blurred else ''}"
-            if text == "K" and scales:
+            if text == "K" and scales and not _DIFFERENCE.match(name.rpartition(".")[2]):
                 units[name] = f"{scales[0]}, or K of a difference"
     return units
 

@@ -362,8 +362,8 @@ def test_a_given_number_makes_up_for_no_factor(variables: str, rules: str, chang
 
 
 def test_a_reading_of_a_temperature_scale_is_not_called_kelvin() -> None:
-    model = model_of("T [degC],q [W],h [W/m^2-K],A [m^2]", "Ts = T - q*R\nR = 1/(h*A)")
-    assert inferred(model) == {"Ts": "degC, or K of a difference", "R": "K/W"}
+    model = model_of("T [degC],q [W],h [W/m^2-K],A [m^2]", "Ts = T - q*R\nR = 1/(h*A)\ndT = T - Ts")
+    assert inferred(model) == {"Ts": "degC, or K of a difference", "R": "K/W", "dT": "K"}
 
 
 def test_a_sheet_without_units_is_not_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
