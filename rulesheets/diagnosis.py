@@ -252,6 +252,11 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}" + ("s" if count > 1 else "")
 
 
+def few(names: Sequence[str], most: int) -> str:
+    """``a, b, …``: the first of them."""
+    return ", ".join([*names[:most], "…"] if len(names) > most else names)
+
+
 def listed(names: Sequence[str], last: str = "and") -> str:
     """``a, b and c``; long lists are cut."""
     if len(names) > MAX_NAMED:

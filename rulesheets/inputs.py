@@ -14,6 +14,7 @@ from rulesheets.diagnosis import (
     RuleSheetError,
     empty_range,
     error_at,
+    few,
     meant,
     refusal,
     refuse,
@@ -542,6 +543,5 @@ def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:
     notes = meant(name, model.variables)
     names = [one for one, variable in model.variables.items() if variable.posted]
     if names and not notes:
-        more = ", …" if len(names) > FEW else ""
-        notes = (f"its variables are {', '.join(names[:FEW])}{more}",)
+        notes = (f"its variables are {few(names, FEW)}",)
     return error_at("E407", f"{model.name} has no variable {name}", place, *notes)

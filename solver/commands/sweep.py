@@ -15,7 +15,7 @@ from typing import TextIO
 
 from rulesheets.deadline import WATCH, expired, setting
 from rulesheets.diagnosis import RuleSheetError, plural, refusal
-from rulesheets.inputs import symbolic
+from rulesheets.inputs import readable, symbolic
 from rulesheets.model import Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
@@ -155,7 +155,7 @@ def _cells(lines: bytes) -> list[list[str]]:
 
 def _in_ten_digits(cell: str) -> str:
     try:
-        return f"{float(cell):.10g}"
+        return readable(float(cell))
     except ValueError:
         return cell
 

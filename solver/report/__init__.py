@@ -131,7 +131,3 @@ def _line(row: Sequence[str], widths: Sequence[int], styles: Sequence[str]) -> s
             pad = 0
         pad += size - width(text) + len(GAP)
     return "".join(parts)
-
-
-def few(names: Sequence[str], most: int) -> str:
-    return ", ".join([*names[:most], "…"] if len(names) > most else names)

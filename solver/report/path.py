@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
+from rulesheets.diagnosis import few
 from rulesheets.format import Latex, Notation, format_condition
 from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value
@@ -26,7 +27,7 @@ from solver.path import (
     equations_of,
 )
 from solver.path.planner import PathTree, planner, question
-from solver.report import few, table
+from solver.report import table
 from solver.solution.solving import Result
 
 _FIRST = re.compile(r"(^|\(|, )\((-[^()]*)\)(?!\^)")

@@ -9,14 +9,14 @@ from decimal import Context, Decimal
 from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
-from rulesheets.diagnosis import Diagnosis, plural, render
+from rulesheets.diagnosis import Diagnosis, few, plural, render
 from rulesheets.inputs import COLUMNS, exact, guarded, readable
 from rulesheets.model import Model, Tolerance, Value
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
 from solver.facts import Status
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.report import SCREEN, few, fits, table
+from solver.report import SCREEN, fits, table
 from solver.solution.solving import Result, Solution
 
 
