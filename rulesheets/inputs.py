@@ -256,7 +256,8 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     try:  # an expression of numbers, read as the right side of a rule
         sheet = parse(Source("<value>", f"value = {text}"))
     except RuleSheetError as wrong:
-        raise RuleSheetError(not_a_value(text, place, wrong.diagnoses[0].message)) from None
+        first = wrong.diagnoses[0]
+        raise RuleSheetError(not_a_value(text, place, first.message, *first.notes)) from None
     rule = next(rules_of(sheet)).body
     if not isinstance(rule, nodes.Equality) or len(rule.right) != 1:
         raise RuleSheetError(not_a_value(text, place))
@@ -532,10 +533,10 @@ def range_text(variable: Variable) -> str:
     return f"{'(' if variable.low_open else '['}{low}, {high}{')' if variable.high_open else ']'}"
 
 
-def not_a_value(text: str, place: Span, reason: str = "") -> Diagnosis:
+def not_a_value(text: str, place: Span, reason: str = "", *cures: str) -> Diagnosis:
     message = f"{text or 'nothing'} is not a value" + (f": {reason}" if reason else "")
     note = "a value is a number (3, 1e-3), an expression of numbers (2*3), or a symbol ('open)"
-    return error_at("E406", message, place, note)
+    return error_at("E406", message, place, *(cures or (note,)))
 
 
 def unknown_variable(name: str, model: Model, place: Span | None) -> Diagnosis:

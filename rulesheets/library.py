@@ -93,7 +93,7 @@ _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _WORD = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)"
     r"|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
-    r"|(?P<sign>[-·⋅*/()])|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
+    r"|(?P<sign>[-·⋅*/()]|\.(?![\d.]))|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
 )
 _EXPONENT = re.compile(
     r"\s*(?:\(\s*(-?\d+(?:/0*[1-9]\d*|\.\d+)?)\s*\)|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))"
@@ -142,7 +142,7 @@ class _Reader:
             if sign in ("/", "*"):
                 below, self.place = sign == "/", word.end()
                 divided = divided or below
-            elif sign in ("-", "·", "⋅"):
+            elif sign in ("-", ".", "·", "⋅"):
                 self.place = word.end()
             else:
                 factor = self.factor(word)
@@ -248,7 +248,7 @@ class Library:
     def unit(self, text: str) -> Unit:
         """The unit of a text, ``W/m^2-K``, ``m3`` or ``(m/s)^2``. Raises UnitError.
 
-        As in EES, a space, ``-`` and ``·`` multiply, and everything to the right of a ``/``
+        As in EES, a space, ``-``, ``.`` and ``·`` multiply, and everything to the right of a ``/``
         divides, up to a ``*`` or a parenthesis: ``W/m^2-K`` is W/(m²·K), ``W/m^2*K`` is W·K/m². A
         digit after a name is its exponent. ``-`` alone, and an empty text, are numbers without a
         unit; braces hold comments.

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, suggestion
@@ -23,6 +24,8 @@ _PLAIN = re.compile(
     re.DOTALL,
 )
 
+TEMPERATURES = "degC", "degF", "°C", "°F", "K", "C", "R", "F"
+"""Ends of joined units: ``kgK``."""
 _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
@@ -117,9 +120,20 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
     if wrong.name in units.names():
         return error_at("E462", f"{wrong.name} is defined by itself", place)
-    notes = suggestion(wrong.name, units.names()) if wrong.name else ()
+    notes = _apart(wrong.name, units) or suggestion(wrong.name, units.names())
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
     return error_at("E460", message, place, *notes)
+
+
+def _apart(name: str, units: Library) -> tuple[str, ...]:
+    """The cure for a unit and one of temperature without a sign between them: ``kgK``."""
+    for end in TEMPERATURES:
+        first = name.removesuffix(end)
+        if first not in ("", name):
+            with suppress(UnitError):
+                units.unit(first)
+                return (f"write {first}-{end} for a product of units",)
+    return ()
 
 
 def cannot_show(name: str, unit: str | None, display: str | None, place: Span | None) -> Diagnosis:

@@ -185,6 +185,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
             message = f"{texts[0]} must be a number, and its unit is {units[0]}"
         excluded = '" unchecked behind it excludes a formula that holds in its own units'
         cures = [*_constant(found, statement), f"correct the rule or a unit; {excluded}"]
+        cures = [*_millikelvin(model, statement), *cures]
     elif found.call is not None:
         code, place = "W602", found.call.span or place
         message, cures = _of_angle(found.call, found.factor, texts[0], units[0])
@@ -224,6 +225,16 @@ def _constant(found: Mismatch, statement: Statement) -> list[str]:
                 shown = _shown(leaf, statement.place)
                 unit = unit_text(missing.times(1 / power).known)
                 return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
+    return []
+
+
+def _millikelvin(model: Model, statement: Statement) -> list[str]:
+    """What to write for metre and kelvin, where a unit of the rule has ``mK``."""
+    for leaf in walk(statement.left, statement.right):
+        unit = leaf.unit if isinstance(leaf, Number) else None
+        unit = model.variables[leaf.name].unit if isinstance(leaf, Name) else unit
+        if unit and (apart := re.sub(r"\bmK\b", "m-K", unit)) != unit:
+            return [f"in {unit} mK is a millikelvin: for metre and kelvin write {apart}"]
     return []
 
 

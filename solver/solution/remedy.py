@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import chain, combinations, islice, product
+from itertools import chain, combinations, islice, product, takewhile, zip_longest
 from typing import NamedTuple
 
 from rulesheets.evaluate.number import enclose
@@ -33,6 +33,12 @@ CLOSELY = 1e-7
 """How closely an edge is found, relative to it."""
 LOOSELY = 1e-3
 """The same for an edge that nothing proves."""
+LARGER = (0.02, 0.1, 0.3, *(2.0**k - 1.0 for k in range(1, 11)))
+SMALLER = (0.02, 0.1, 0.3, *(1.0 - 2.0**-k for k in range(1, 11)), 1.0, 1.5, 2.0, 3.0, 5.0)
+"""Changes of an input, relative to it, that are tried: by a few percent, then by factors of two up
+to a thousand, at last of the other sign."""
+FEW = 5
+"""How many of them look for the other end of a gap."""
 DEAR = 1_000
 """Work from which on a search without success is not repeated where many starts serve."""
 NEAR = 1e-9
@@ -422,15 +428,16 @@ def _edge(
 ) -> float | None:
     """The feasible value nearest to the given one along the line, on one of these sides, found by a
     short search: of the same sign, if there is one."""
-    size = abs(given) or 1.0
-    shares = (0.02, 0.1, 0.3, 0.6, 0.999, 1.0, 2.5, 5.0)
-    tried = shares if len(sides) > 1 else (0.1, 0.6, 2.5)
-    values = [given + sign * share * size for share in tried for sign in sides]
-    values = [value for value in values if len(sides) > 1 or value * given > 0.0]
-    values.sort(key=lambda value: value * given < 0.0)
-    inside, outside = next(filter(trials.beside, values), None), given
+    unit = given or 1.0
+    pairs = zip_longest([given - s * unit for s in SMALLER], [given + s * unit for s in LARGER])
+    values = [v for v in chain(*pairs) if v is not None and math.copysign(1, v - given) in sides]
+    if len(sides) == 1:
+        values = [value for value in values[:FEW] if value * given > 0.0]
+    inside = next(filter(trials.beside, values), None)
     if inside is None:
         return None
+    tried = takewhile(lambda value: value != inside, values)
+    outside = [given, *(value for value in tried if (value > given) == (inside > given))][-1]
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
         if abs(outside - inside) <= close * max(abs(inside), close) or middle in (outside, inside):

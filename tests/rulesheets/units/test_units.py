@@ -13,6 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+import rulesheets
 from rulesheets.library import Library, Unit, UnitError, convert, library
 
 names = import_module("rulesheets.library")
@@ -173,3 +174,25 @@ def test_a_sheet_without_units_imports_no_pint() -> None:
     solved = "import sys, rulesheets, solver; solver.solve(rulesheets.loads('x = 2*3'))"
     code = f"{solved}; print('pint' in sys.modules)"
     assert subprocess.check_output([sys.executable, "-c", code], text=True).strip() == "False"
+
+
+@pytest.mark.parametrize("text", ["kJ/kg.K", "W/(m2.K)", "ft.lbf", "in."])
+def test_a_point_between_names_multiplies(text: str) -> None:
+    assert library().unit(text) == library().unit(text.removesuffix(".").replace(".", "-"))
+
+
+@pytest.mark.parametrize(
+    ("unit", "cure"), [("J/kgK", "kg-K"), ("W/m2K", "m2-K"), ("Btu/lbF", "lb-F")]
+)
+def test_joined_names_are_told_apart(unit: str, cure: str) -> None:
+    with pytest.raises(rulesheets.RuleSheetError) as caught:
+        rulesheets.loads(f"variables\n  c [{unit}]\nrules\n  c = 2*x")
+    assert caught.value.diagnoses[0].notes == (f"write {cure} for a product of units",)
+
+
+def test_a_millikelvin_meant_as_metre_and_kelvin_is_told() -> None:
+    """A conductivity in W/mK is in watts per millikelvin."""
+    text = "variables\n  k [W/mK]\n  A [m^2]\n  T [K]\n  L [m]\n  Q [W]\nrules\n  Q = k*A*T/L"
+    (warning,) = rulesheets.loads(text).unit_warnings
+    assert warning.notes[0].endswith("for metre and kelvin write W/m-K")
+    assert not rulesheets.loads(text.replace("mK", "m-K")).unit_warnings

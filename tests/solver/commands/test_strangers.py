@@ -262,3 +262,8 @@ def test_thousands_are_no_decimals(folder: Path) -> None:
     with pytest.raises(RuleSheetError) as caught:
         read_variable_sheet("filled.csv", rulesheets.loads("1/f = 1/u + 1/v"))
     assert caught.value.diagnoses[0].code == "E406"
+
+
+def test_a_value_that_cannot_be_read_is_told_what_to_write(folder: Path, capsys: Capture) -> None:
+    assert main(("solve", "offset_slider_crank", "--set", "AO=0,25")) == WRONG
+    assert "= help: write 0.25" in capsys.readouterr().err

@@ -297,3 +297,20 @@ def test_a_contradiction_tells_which_rule_could_be_an_input() -> None:
         (told,) = solver.solve(model, inputs).diagnoses
         assert told.code == "S520"
         assert "x = 3 is a rule: write it under `variables` to change x" in told.notes
+
+
+@pytest.mark.parametrize(
+    ("given", "bound"),
+    [
+        ({"c": 900.0}, "c < 7"),
+        ({"c": 0.002}, "c > 1"),
+        ({"b": 0.03, "c": 4.0}, "b > 1"),
+        ({"a": 5000.0, "b": 3.0, "c": 40.0}, "a < 43"),
+    ],
+)
+def test_a_bound_is_found_orders_of_magnitude_away(given: dict[str, float], bound: str) -> None:
+    """The triangle inequality, for lengths in the wrong unit."""
+    triangle = rulesheets.load("triangle")
+    inputs = {"a": 3.0, "b": 4.0, **given}
+    (refusal, *_) = solver.solve(triangle, inputs).diagnoses
+    assert bound in refusal.notes[-1]

@@ -24,7 +24,7 @@ export function Sensitivity() {
   if (!table.outputs.length) return <p class="hint">There is no answer whose sensitivities could be shown.</p>;
   return (
     <>
-      <p class="hint">Change of an output, in percent of its value, for 1 % more of an input.</p>
+      <p class="hint">How many percent larger an output becomes if an input becomes 1 % larger.</p>
       <div class="bars">
         {table.outputs.map((output, row) => (
           <Bars key={output} output={output} inputs={table.inputs} slopes={table.slopes[row]} />
@@ -36,10 +36,10 @@ export function Sensitivity() {
 
 function Bars({ output, inputs: given, slopes }: { output: string; inputs: string[]; slopes: (number | null)[] }) {
   const value = shown.value?.values[output];
-  const size = typeof value === "number" && value !== 0 ? Math.abs(value) : 1;
+  const size = typeof value === "number" && value !== 0 ? value : null;
   const shares = given.map((name, k) => {
     const input = inputs.value[name];
-    return slopes[k] === null || typeof input !== "number" ? null : (slopes[k]! * Math.abs(input)) / size;
+    return slopes[k] === null || size === null || typeof input !== "number" ? null : (slopes[k]! * input) / size;
   });
   const most = Math.max(1e-12, ...shares.map((one) => Math.abs(one ?? 0)));
   return (

@@ -138,7 +138,9 @@ function Field({ variable }: { variable: Variable }) {
     const number = variable.scale[0] === 1 && variable.scale[1] === 0 ? plainNumber(now) : undefined;
     const reply = number === undefined ? await ask<{ value: Value }>({ do: "value", name, text: now }) : { value: number };
     const found = troubleOf(reply);
-    if (found || reply.value === undefined) wrong.value = found?.text ?? "not a value";
+    if (found || reply.value === undefined) {
+      wrong.value = [found?.text ?? "not a value", ...(found?.complaints[0]?.notes ?? []).slice(0, 1)].join("; ");
+    }
     else await setInput(name, reply.value);
     if (!wrong.value && field.current) field.current.value = typed(toShown(name, inputs.value[name]));
   };
