@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from html import escape
+from itertools import pairwise
 from typing import Any, ClassVar, TypeAlias
 
 from rulesheets.syntax import nodes
@@ -112,6 +113,8 @@ _GREEK = (
     "alpha|beta|gamma|delta|epsilon|zeta|eta|theta|iota|kappa|lambda|mu|nu|xi|pi|rho|sigma|tau|"
     "upsilon|phi|chi|psi|omega|Gamma|Delta|Theta|Lambda|Xi|Pi|Sigma|Phi|Psi|Omega"
 )
+_WORD = r"\math"
+"""The start of a name of several upright or slanted letters."""
 _GREEK_NAME = re.compile(rf"({_GREEK})_?(|[A-Z0-9_].*)")
 _LETTER_NAME = re.compile(r"([A-Za-z])_?([A-Z0-9][A-Za-z0-9_]*|_.+)", re.ASCII)
 _COORDINATE = re.compile(r"([xyz])([a-z]\d*)", re.ASCII)
@@ -230,14 +233,16 @@ class Latex(Notation):
         return f"- {text}" if negative else text
 
     def _times(self, factors: Sequence[nodes.Expression]) -> str:
-        """Factors next to each other, with a dot before a number."""
+        """Factors next to each other, with a dot before a number, and a space beside a word."""
         if len(factors) == 1:
             return self.written(factors[0])
-        first, *others = (self.written(factor, _FACTOR) for factor in factors)
-        for text in others:
-            text = self.brackets.format(text) if text.startswith("-") else text
-            first += rf" \cdot {text}" if text[0].isdigit() else f" {text}"
-        return first
+        texts = [self.written(factor, _FACTOR) for factor in factors]
+        texts[1:] = [self.brackets.format(t) if t.startswith("-") else t for t in texts[1:]]
+        whole = texts[0]
+        for before, text in pairwise(texts):
+            apart = r"\, " if before.startswith(_WORD) or text.startswith(_WORD) else ""
+            whole += rf" \cdot {text}" if text[0].isdigit() else f" {apart}{text}"
+        return whole
 
 
 # --- rules ----------------------------------------------------------------------

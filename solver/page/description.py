@@ -9,16 +9,16 @@ import base64
 import html
 import json
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from hashlib import sha256
-from itertools import chain
+from itertools import chain, compress
 from math import isfinite, prod
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, refusal, render
 from rulesheets.inputs import override
-from rulesheets.model import Equation, Model, Value, Variable
+from rulesheets.model import Equation, Model, Premise, Value, Variable
 from rulesheets.syntax.nodes import conjunction
 from rulesheets.units import displaying
 from solver.facts import Status
@@ -31,6 +31,7 @@ from solver.report.sheet import diagnosis_json, finite
 from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
 
+Guard: TypeAlias = tuple[Premise, ...]
 _SCOPE = re.compile(r"\\text\{[^{}]*\.\}")
 """The name of a call in front of a local, which the rule itself does not write."""
 
@@ -68,17 +69,37 @@ def _variable(variable: Variable) -> dict[str, Any]:
 
 
 def typeset(model: Model) -> list[list[str]]:
-    """Every rule as LaTeX, a line for each of its equations with the condition that selects it."""
-    notation = Tex()
+    """Every rule as LaTeX, a line for the equations of each of its cases: ``if``, ``else if`` and
+    ``otherwise``, the first that applies counts."""
+    return [list(_cases(model, group)) for group in Places(model).groups.values()]
 
-    def line(equation: Equation) -> str:
+
+def _cases(model: Model, group: Sequence[Equation]) -> Iterator[str]:
+    notation, cases = Tex(), dict[Guard, list[str]]()
+    for equation in group:
         body = f"{notation.written(equation.left)} = {notation.written(equation.right)}"
-        if equation.guard:
-            guard = notation.written(conjunction(model.outcomes(equation.guard)))
-            body += rf"\quad \text{{if }} {guard}"
-        return _SCOPE.sub("", body)
+        cases.setdefault(equation.guard, []).append(body)
+    earlier = list[Guard]()
+    for guard, bodies in cases.items():
+        kept = [
+            one.holds or not _covered(earlier, (*guard[:at], one._replace(holds=True)))
+            for at, one in enumerate(guard)
+        ]
+        own = list(compress(guard, kept))
+        word = "if" if all(kept) else "else if" if own else "otherwise"
+        said = notation.written(conjunction(model.outcomes(own))) if own else ""
+        case = rf" \quad \text{{{word} }} {said}" if guard else ""
+        earlier.append(guard)
+        yield _SCOPE.sub("", r", \quad ".join(bodies) + case)
 
-    return [list(map(line, group)) for group in Places(model).groups.values()]
+
+def _covered(guards: Sequence[Guard], start: Guard) -> bool:
+    """Whether one of the guards applies wherever the premises of ``start`` hold."""
+    further = {one[len(start)] for one in guards if one[: len(start)] == start != one}
+    return start in guards or any(
+        all(_covered(guards, (*start, one._replace(holds=holds))) for holds in (True, False))
+        for one in further
+    )
 
 
 def complaint(diagnosis: Diagnosis) -> dict[str, Any]:
