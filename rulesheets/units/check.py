@@ -10,9 +10,9 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from fractions import Fraction
-from itertools import chain, product
+from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
 from rulesheets.checks import PLACES, marks_of
@@ -51,6 +51,8 @@ from rulesheets.units.dimensions import (
     in_other_unit,
 )
 
+MOST, TRIED = 3, 8
+"""Variables that a cure names at most, and how many are looked at."""
 NUMBER = "1 (a number)"
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
 
@@ -175,6 +177,11 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
     texts, units = [_shown(node, statement.place) for node in nodes], []
     for node, form in zip(nodes, found.forms, strict=False):
         units.append(_written(node, model) or unit_text(form.known if found.factor else form.sure))
+    if found.counted != 1.0:  # numbers of the rule turn the unit of a side into another
+        at = 0 if isinstance(found.right, Name) else 1
+        known = found.forms[at].known
+        size = float(known.get(SIZE, 0.0)) + (2 * at - 1) * math.log(found.counted)
+        units[at] = unit_text({**known, SIZE: size})
     code, place = "W601", statement.place
     if found.factor is None:
         if found.right is not None:
@@ -195,7 +202,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
         message = f"{each}: a factor of {share} is missing"
         shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
-        change = _in_base_units(model, nodes, found.factor)
+        change = _in_base_units(dimensions, found)
         written = f"write {share}*{shown}"
         cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
         for side in nodes:
@@ -238,20 +245,23 @@ def _millikelvin(model: Model, statement: Statement) -> list[str]:
     return []
 
 
-def _in_base_units(model: Model, sides: Sequence[Expression], factor: float) -> str | None:
-    """What to change for sides not to differ by a factor: the variable, or all those, in a multiple
-    or a part of a base unit."""
-    sizes, texts = dict[str, float](), dict[str, str]()
-    for side, sign in zip(sides, (1, -1), strict=False):
-        for leaf, power in _factors_of(side):
-            if isinstance(leaf, Name) and (unit := model.variables[leaf.name].measure):
-                base = exponents(unit)
-                if size := float(sign * power) * float(base.pop(SIZE, 0.0)):
-                    sizes[leaf.name] = sizes.get(leaf.name, 0.0) + size
-                    texts[leaf.name] = f"{leaf.name} in {unit_text(base)}"
-    for changed in (*([name] for name in sizes), [*sizes]):
-        if abs(sum(map(sizes.__getitem__, changed)) - math.log(factor)) < RELATIVE:
-            return f"give {listed([texts[name] for name in changed])}"
+def _in_base_units(dimensions: Dimensions, found: Mismatch) -> str | None:
+    """The fewest variables of the rule, and of those that its units follow from, without whose
+    prefixes no factor is missing."""
+    rules = [dimensions.statements[place] for place in sorted({*found.why, found.statement})]
+    bases = {}
+    for name in chain.from_iterable(names(side) for s in rules for side in (s.left, s.right)):
+        unit = dimensions.declared.get(name, Unit())
+        if exponents(unit).get(SIZE) and not unit.offset:
+            bases[name] = Unit(bases=unit.bases)
+    for count in range(1, MOST + 1):
+        for changed in combinations(islice(bases, TRIED), count):
+            units = {**dimensions.declared, **{name: bases[name] for name in changed}}
+            trial = Dimensions(units, dimensions.values, dimensions.units)
+            trial.infer(rules)
+            if not trial.mismatches:
+                texts = [f"{name} in {unit_text(exponents(bases[name]))}" for name in changed]
+                return f"give {listed(texts)}"
     return None
 
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import combinations
 from typing import Any, NamedTuple
@@ -133,7 +133,8 @@ class Mismatch(NamedTuple):
 
     ``right`` is None if an argument of ``call``, or an exponent, must be a number, or an angle in
     the unit of that function. ``factor``: if the dimensions agree, the size of the left unit in
-    right units. ``why`` are the statements that the units follow from.
+    right units, but for what is ``counted`` as a factor that the rule writes. ``why`` are the
+    statements that the units follow from.
     """
 
     statement: int
@@ -142,6 +143,7 @@ class Mismatch(NamedTuple):
     forms: tuple[Powers, Powers]
     why: frozenset[int] = frozenset()
     factor: float | None = None
+    counted: float = 1.0
     call: Call | None = None
 
 
@@ -151,7 +153,7 @@ class Dimensions:
     def __init__(
         self, declared: Mapping[str, Unit], values: Mapping[str, float], units: Library
     ) -> None:
-        self.values, self.units = values, units
+        self.declared, self.values, self.units = declared, values, units
         self.forms = {name: Powers(exponents(unit)) for name, unit in declared.items()}
         self.statements: Sequence[Statement] = ()
         self.mismatches: list[Mismatch] = []
@@ -306,6 +308,8 @@ class Dimensions:
             factor = float(f"{math.exp(size):.12g}")
             if self._explained(factor, claim.statement, form.numbers):
                 return
+            share = _decades_apart(factor, self._factors(claim.statement, form.numbers))
+            claim, factor = claim._replace(counted=share), float(f"{factor / share:.12g}")
         one, other = (self._resolved(side) for side in claim.forms)
         self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
 
@@ -326,18 +330,24 @@ class Dimensions:
         numbers = (number for side in sides for number in leaves(side, Number))
         return (number for number in numbers if number.unit is None)
 
+    def _factors(self, index: int, before: Iterable[float]) -> set[float]:
+        """Numbers in the rule, and in those before it, that may be factors between units."""
+        statement = self.statements[index]
+        written = {abs(n.value) for n in self._numbers(index)}.union(before)
+        nodes = walk(statement.left, statement.right)
+        if any(isinstance(node, Call) and node.function == "pi" for node in nodes):
+            written |= {math.pi, 2 * math.pi}
+        return written
+
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
         """Whether a factor is explained by numbers in the rule, or in those before it.
 
         Turns and degrees may be counted as such.
         """
-        written = {abs(n.value) for n in self._numbers(index)}.union(before)
-        statement = self.statements[index]
-        nodes = (*walk(statement.left), *walk(statement.right))
-        if any(isinstance(node, Call) and node.function == "pi" for node in nodes):
-            written |= {math.pi, 2 * math.pi}
+        written, statement = self._factors(index, before), self.statements[index]
         if explained(factor, written):
             return True
+        nodes = walk(statement.left, statement.right)
         read = {node.name for node in nodes if isinstance(node, Name)}
         variables = (self.forms[name] for name in read & self.forms.keys())
         if not any(ANGLE in form.known for form in variables):
@@ -356,9 +366,26 @@ def explained(factor: float, written: Iterable[float]) -> bool:
     """Whether a factor is 1, a product of powers of the rule's numbers, or divides one of them."""
     if math.isclose(factor, 1.0, rel_tol=1e-9):
         return True
-    usual = [number for number in written if number not in (0.0, 1.0)]
+    usual = _usual(written)
     if any(number % max(factor, 1 / factor) == 0.0 for number in usual):
         return True
-    powers = [number**e for number in usual for e in (1, -1, 2, -2, 0.5, -0.5)]
-    products = (*powers, *(a * b for a, b in combinations(powers, 2)))
-    return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in products)
+    return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in _products(usual))
+
+
+def _usual(written: Iterable[float]) -> list[float]:
+    return [number for number in written if number not in (0.0, 1.0)]
+
+
+def _products(numbers: Sequence[float]) -> Iterator[float]:
+    powers = [number**e for number in numbers for e in (1, -1, 2, -2, 0.5, -0.5)]
+    yield from powers
+    yield from (a * b for a, b in combinations(powers, 2))
+
+
+def _decades_apart(factor: float, written: Iterable[float]) -> float:
+    """A product of powers of the rule's numbers that is a factor, but for some powers of ten."""
+    for one in (1.0, *_products(_usual(written))):
+        decades = math.log10(factor / one)
+        if abs(decades - round(decades)) < RELATIVE:
+            return one
+    return 1.0

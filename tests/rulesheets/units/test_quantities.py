@@ -337,11 +337,19 @@ def test_what_rules_imply_is_named() -> None:
         ("w [m/s],d [cm],t [s]", "w^2 = (d/t)^2", "give d in m"),
         ("P [kW],T [N-m],n [rpm]", "P = T*n", "give P in W and n in rad/s"),
         ("A [mm^2],b [cm],h [cm]", "A = b*h", "give A in m^2, b in m and h in m"),
+        ("P [kW],T [N-m],n [rpm]", "P = T*w\nw = 2*pi*n/60", "give P in W"),
     ],
 )
 def test_the_unit_to_change_is_named(variables: str, rules: str, change: str) -> None:
     (warning,) = check_units(model_of(variables, rules))
     assert warning.notes[0].startswith(change)
+
+
+def test_numbers_of_the_rule_are_no_part_of_what_is_missing() -> None:
+    """2π/60 makes rad/s of rpm, so that 1000 is missing, for kW, and not 1000·60/2π."""
+    rules = "P = T*w\nw = 2*pi*n/60"
+    (warning,) = check_units(model_of("P [kW],T [N-m],n [rpm]", rules))
+    assert "w is in 1000 1/s, 2*pi*n/60 in rad/s: a factor of 1000 is missing" in warning.message
 
 
 @pytest.mark.parametrize(
