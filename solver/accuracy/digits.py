@@ -18,7 +18,8 @@ from rulesheets.syntax.nodes import Expression, walk
 from solver.accuracy.rule_check import in_decimals
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.numerics.elimination import Singular, eliminate_rows
-from solver.numerics.tolerances import FOLD, REFINED, SMALL, SPARE, SUSPECT
+from solver.numerics.linear_algebra import are_alike
+from solver.numerics.tolerances import CLOSE, FOLD, REFINED, SMALL, SPARE, SUSPECT
 
 MAX_ITERATIONS = 40
 MAX_WORK = 60_000
@@ -219,7 +220,7 @@ class _Reduction:
         if abs(height) <= self.tiny * abs(curvature) + self._fuzz():
             return [], self.x
         if height / curvature > 0:
-            return [], None
+            return None if self._is_root() else ([], None)
         reach = self.mp.sqrt(-2 * height / curvature)
         if reach > FOLD:
             return None
@@ -234,6 +235,11 @@ class _Reduction:
         return (
             (found, None) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
         )
+
+    def _is_root(self) -> bool:
+        """Whether a regular root is at the start: then the fold is another one, farther away."""
+        root = self.system.newton(self.start)
+        return root is not None and are_alike(root, self.start, CLOSE)
 
     def at(self, t: Any) -> tuple[Any, Any]:
         """μ and its slope at t; leaves the point on the curve in ``x``. Raises Singular."""

@@ -275,3 +275,19 @@ def michaelis(Vmax, Km, S, I, Ki):  # noqa: E741
 def redlich_kwong(T, v, a, b, R):
     p = R * T / (v - b) - a / (sqrt(T) * v * (v + b))
     return {"p": p, "Z": p * v / (R * T)}
+
+
+@sheet(OWN, "a1 > Ct, a1 > Na, pH > Na, a3 > Kw")
+def phosphoric(Ka1, Ka2, Ka3, Kw, Ct, Na):
+    def shares(H):
+        parts = (Ka1 * H**2, Ka1 * Ka2 * H, Ka1 * Ka2 * Ka3)
+        return [part / (H**3 + sum(parts)) for part in parts]
+
+    def charge(pH):
+        H = 10**-pH
+        return Na + H - Kw / H - Ct * sum(k * a for k, a in enumerate(shares(H), 1))
+
+    pH = brentq(charge, 0, 14, xtol=1e-14)
+    H = 10**-pH
+    a1, a2, a3 = shares(H)
+    return {"pH": pH, "H": H, "OH": Kw / H, "den": Ka1 * H**2 / a1, "a1": a1, "a2": a2, "a3": a3}
