@@ -193,7 +193,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         figures=program.sheet.figures,
         requirements=tuple(expansion.requirements),
         limits=program.limits,
-        notes=tuple(_respelt(program)),
+        notes=(*_respelt(program), *_hidden(program)),
         files=(*files, *python),
         python=python,
         units=units,
@@ -245,6 +245,27 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
                 message = f"{name} is read as pi, the number 3.14159…"
                 yield Diagnosis("E219", Severity.NOTE, message, (Label(node.span),))
                 return
+
+
+def _hidden(program: Program) -> Iterator[Diagnosis]:
+    """A note on the first comment behind ``;`` that reads as a rule."""
+    spans = [row.span for row in program.rows]
+    spans += [rule.span for rule in rules_of(program.sheet)]
+    for span in filter(None, spans):
+        if found := _HIDDEN.match(span.source.text, span.end):
+            message = f"`{found[1].strip()}` is read as a comment: it follows a `;`"
+            place = Span(span.source, *found.span(1))
+            note = "write it on a line of its own if it is a rule"
+            yield Diagnosis("E220", Severity.NOTE, message, (Label(place),), (note,))
+            return
+
+
+_HIDDEN = re.compile(
+    r"""[^\n;"]*;[ \t]*
+    ([^\W\d]\w*[ \t]*=(?![^\n;"]*\w[ \t]+\w)[ \t]*(?:[\d.]|[^\n;"=]*[*/^+(])[^\n;"]*)""",
+    re.VERBOSE,
+)
+"""An equation behind ``;``, whose right side is more than a name: ``; V = volume`` explains one."""
 
 
 def _passed(program: Program) -> set[str]:

@@ -141,6 +141,8 @@ _ELSEWHERE = {
     "sec": "write 1/cos(x)",
     "tg": "write tan(x)",
     "cbrt": "write x^(1/3)",
+    "log2": "write ln(x)/ln(2)",
+    **dict.fromkeys(("fact", "factorial"), "write gamma(x + 1)"),
     **dict.fromkeys(PROPERTIES, WRITE_IN_PYTHON),
 }
 """Functions known from EES and other languages, and what to use instead."""

@@ -201,8 +201,8 @@ SECTIONS = ("variables", "rules", "units", "function", "parameters", "use", "fig
 def unknown_section(word: str, span: Span) -> Diagnosis:
     """A word alone that is not a section head."""
     near = closest(word, SECTIONS)
-    if word.lower() == "end":
-        note = "leave it out: a function ends where the next section begins"
+    if word.lower() in ("end", "endif"):
+        note = "leave it out: a rule ends with its line, a function where the next section begins"
         return error_at("E116", f"`{word}` has nothing to end here", span, note)
     if near is None:
         message = f"`{word}` alone is neither a rule nor the head of a section"

@@ -24,8 +24,8 @@ _PLAIN = re.compile(
     re.DOTALL,
 )
 
-TEMPERATURES = "degC", "degF", "°C", "°F", "K", "C", "R", "F"
-"""Ends of joined units: ``kgK``."""
+ENDS = "degC", "degF", "°C", "°F", "K", "C", "R", "F", "mm", "cm", "s"
+"""Ends of joined units: ``kgK``, ``Nmm``, ``Pas``."""
 _BARE = re.compile(r"[\d./]+(?:[eE][-+]?\d+)?")
 
 
@@ -126,13 +126,13 @@ def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) ->
 
 
 def _apart(name: str, units: Library) -> tuple[str, ...]:
-    """The cure for a unit and one of temperature without a sign between them: ``kgK``."""
-    for end in TEMPERATURES:
+    """The cure for two units without a sign between them: ``kgK``; a plural has no such."""
+    for end in ENDS:
         first = name.removesuffix(end)
         if first not in ("", name):
             with suppress(UnitError):
-                units.unit(first)
-                return (f"write {first}-{end} for a product of units",)
+                if len(units.unit(first).bases) > (end == "s"):
+                    return (f"write {first}-{end} for a product of units",)
     return ()
 
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import chain, combinations, islice, product
 from typing import NamedTuple
@@ -20,7 +20,7 @@ from rulesheets.diagnosis import Diagnosis, Label, Severity, listed
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
 from rulesheets.library import Unit, library
-from rulesheets.model import Equation, Model
+from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
     Call,
@@ -54,7 +54,7 @@ from rulesheets.units.dimensions import (
 MOST, TRIED = 3, 8
 """Variables that a cure names at most, and how many are looked at."""
 NUMBER = "1 (a number)"
-DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "Hz", "m^2", "m^3", "m/s")
+DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "H", "T", "Hz", "m^2", "m^3", "m/s")
 
 
 def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
@@ -72,7 +72,10 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
         place = statement.place.file, statement.place.start, statement.place.end
         curable = sure and found.factor is None and _curable(found, statement)
         said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
-    warm = any((unit := variable.measure) and unit.offset for variable in model.variables.values())
+    for unit, name in (("C", "coulomb"), ("F", "farad")):
+        if hot := [v for v in model.variables.values() if v.unit == unit and _is_warm(v)]:
+            said["", 0, len(said)] = _coulombs(hot, unit, name)
+    warm = any((own := variable.measure) and own.offset for variable in model.variables.values())
     if warm:
         for equation, warning in Weights(model).warnings(sure):
             rule = equation.rule
@@ -122,19 +125,28 @@ def inference(model: Model) -> Dimensions | None:
                 unit = Number(1.0, unit=figure.unit)
                 statements += [Statement(mark.span, part, unit) for part in mark.arguments]
     checked = [statement for statement in statements if not _unchecked(statement.place)]
+    # an output of the kind of a variable in % may be in %, too
+    parts = [size for unit in units.values() if (size := _part(exponents(unit)))]
     while True:
         dimensions = Dimensions(units, values, model.units)
         dimensions.infer(checked)
-        free = values.keys() - units.keys()
-        if not (numbers := [name for name in free if _makes_up(dimensions.known(name))]):
+        free = ((n, dimensions.known(n)) for n in model.variables if n not in units)
+        sizes = {name: _part(form.sure) for name, form in free if form is not None}
+        numbers = [
+            name
+            for name, size in sizes.items()
+            if size and (name in values or not any(abs(size - part) < RELATIVE for part in parts))
+        ]
+        if not numbers:
             return dimensions
         units |= dict.fromkeys(numbers, Unit())
 
 
-def _makes_up(form: Powers | None) -> bool:
-    """Whether a number would have to make up for a factor between the units of others."""
-    sure = {} if form is None else form.sure
-    return sure.keys() == {SIZE} and abs(float(sure[SIZE])) > RELATIVE
+def _part(known: Exponents) -> float | None:
+    """The logarithm of a pure number other than 1: for it, a number without a unit would have to
+    make up."""
+    size = float(known[SIZE]) if known.keys() == {SIZE} else 0.0
+    return size if abs(size) > RELATIVE else None
 
 
 def _unchecked(place: Span) -> bool:
@@ -169,6 +181,19 @@ def _curable(found: Mismatch, statement: Statement) -> bool:
 # --- messages ---------------------------------------------------------------------------
 
 
+def _is_warm(variable: Variable) -> bool:
+    """Whether a variable has the name of a temperature."""
+    return variable.span is not None and _WARM.fullmatch(variable.name) is not None
+
+
+def _coulombs(hot: Sequence[Variable], unit: str, name: str) -> Diagnosis:
+    """The warning about temperatures in a unit of electricity."""
+    are = "are" if len(hot) > 1 else "is"
+    message = f"{listed([v.name for v in hot])} {are} in {unit}, which is the {name}"
+    labels = tuple(Label(v.span) for v in hot[:1] if v.span)
+    return Diagnosis("W604", Severity.WARNING, message, labels, (f"write deg{unit}",))
+
+
 def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnosis:
     statement = dimensions.statements[found.statement]
     chain = dict.fromkeys(dimensions.statements[index].place.text for index in sorted(found.why))
@@ -193,23 +218,42 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         excluded = '" unchecked behind it excludes a formula that holds in its own units'
         cures = [*_constant(found, statement), f"correct the rule or a unit; {excluded}"]
         cures = [*_millikelvin(model, statement), *cures]
-    elif found.call is not None:
+    elif found.call is not None and found.forms[1].known:
         code, place = "W602", found.call.span or place
         message, cures = _of_angle(found.call, found.factor, texts[0], units[0])
     else:
-        large, small = (0, 1) if found.factor > 1 else (1, 0)
-        share = f"{max(found.factor, 1 / found.factor):.6g}"
-        each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
-        message = f"{each}: a factor of {share} is missing"
-        shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
         change = _in_base_units(dimensions, found)
-        written = f"write {share}*{shown}"
-        cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
-        for side in nodes:
-            if isinstance(side, Call) and (twin := in_other_unit(side.function)):
-                cures = [f"write {twin} instead of {side.function}"]
+        message, cures = _of_factor(found, nodes, texts, units, change)
     notes = [f"from {rule}" for rule in rules[:4]]
     return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
+
+
+def _of_factor(
+    found: Mismatch,
+    nodes: Sequence[Expression],
+    texts: Sequence[str],
+    units: Sequence[str],
+    change: str | None,
+) -> tuple[str, list[str]]:
+    """``nodes``: the two sides, or what must be a number, as ``texts``; ``change`` of a unit."""
+    factor = found.factor or 1.0
+    if found.right is None:
+        whose = f"{found.call.function} takes" if found.call else "an exponent is"
+        return f"{whose} a number, and {texts[0]} is in {units[0]}", [change or "change a unit"]
+    large, small = (0, 1) if factor > 1 else (1, 0)
+    share = f"{max(factor, 1 / factor):.6g}"
+    each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
+    shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
+    written = f"write {share}*{shown}"
+    cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
+    if any(
+        _beside_number(node) for node in walk(*nodes) if isinstance(node, Sum)
+    ):  # it counts in the other's unit
+        cures = [change or "change a unit"]
+    for side in nodes:
+        if isinstance(side, Call) and (twin := in_other_unit(side.function)):
+            cures = [f"write {twin} instead of {side.function}"]
+    return f"{each}: a factor of {share} is missing", cures
 
 
 def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str, list[str]]:
@@ -303,6 +347,14 @@ def _factors_of(
             yield from _factors_of(argument, power / 2)
 
 
+def _beside_number(node: Sum) -> Expression | None:
+    """The other term of a sum with a number: ``tax`` of ``1 - tax``."""
+    match node.terms:
+        case (Number(unit=None), other) | (other, Number(unit=None)):
+            return other
+    return None
+
+
 def _shown(node: Expression, place: Span) -> str:
     """An expression of the rule at a place, as written there."""
     if node.span is None:
@@ -335,7 +387,7 @@ def _shortest(dimension: Exponents) -> str:
     """Base units; of heat and electricity one derived unit or its reciprocal by base units, if
     these are fewer: ``K/W`` for ``s^3·K/(kg·m^2)``."""
     forms: list[Exponents] = [dimension]
-    usual = "K" in dimension or abs(dimension.get("s", 0)) == 3
+    usual = not dimension.keys().isdisjoint({"K", "mol"}) or abs(dimension.get("s", 0)) == 3
     for name, power in product(("W", "J", "V", "ohm") if usual else (), (1, -1)):
         form = dict(dimension)
         for base, exponent in exponents(library().unit(name)).items():
@@ -354,6 +406,8 @@ def _power(base: str, exponent: Fraction | int) -> str:
     return base if exponent == 1 else f"{base}^{exponent}"
 
 
+_WARM = re.compile(r"[dD]?_?[tT](?:\d|_|[a-z]{0,3}\d*$|emp).*|LMTD|\w*[tT]emp\w*")
+"""Names of temperatures."""
 _DIFFERENCE = re.compile(r"(?:[dD]_?[Tt]|[dD]elta|Δ|LMTD|lmtd)")
 """The beginnings of names of differences, which decide if the rules do not."""
 POINTS, TRIES = 3, 8

@@ -230,18 +230,21 @@ class Dimensions:
 
     def _power(self, base: Expression, exponent: Expression, index: int) -> Powers:
         below = self.form(base, index)
+        plain = below.any or not (below.dimension or below.open)
+        if plain and self._makes_up(below, index):
+            below = Powers()
         if type(exponent) is Number and exponent.unit is None and not below.any:
             return below.times(_rational(exponent.value))
-        if below.any or not (below.dimension or below.open):
-            form = self.form(exponent, index)
-            if form.dimension.keys() != {"s"} or form.open:  # but periods of time, as in (1 + i)^n
-                self._number(exponent, index)
-            return Powers(any=below.any and bare(exponent))
-        self._number(exponent, index)
+        form = self.form(exponent, index) if plain else Powers()
+        if form.dimension.keys() != {"s"} or form.open:  # but periods of time, as in (1 + i)^n
+            self._number(exponent, index)
+        if below.any:
+            return Powers(any=bare(exponent))
         try:
             constant = _rational(float(value(exponent, self.values)))
         except (Undefined, KeyError, ValueError, OverflowError):
-            self._number(base, index)
+            if not plain:
+                self._number(base, index)
             return Powers()
         return below.times(constant)
 
@@ -268,6 +271,8 @@ class Dimensions:
         elif call is not None and form.known.get(ANGLE) == 1 and (angle := angle_of(call.function)):
             claim = Mismatch(index, node, None, (form, Powers(angle)), call=call)
             self._compare(form.plus(Powers(angle), -1), claim)
+        elif ANGLE not in form.known:
+            self._compare(form, Mismatch(index, node, None, (form, Powers()), call=call))
 
     # --- equations between exponents ---
 
@@ -338,6 +343,11 @@ class Dimensions:
         if any(isinstance(node, Call) and node.function == "pi" for node in nodes):
             written |= {math.pi, 2 * math.pi}
         return written
+
+    def _makes_up(self, form: Powers, index: int) -> bool:
+        """Whether numbers of the rule explain a pure number."""
+        share = form.known.get(SIZE, 0.0)
+        return bool(share) and self._explained(math.exp(share), index, form.numbers)
 
     def _explained(self, factor: float, index: int, before: Iterable[float]) -> bool:
         """Whether a factor is explained by numbers in the rule, or in those before it.

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import rulesheets
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import read_source
 from rulesheets.format import format_sheet
@@ -501,3 +502,18 @@ def test_tables_that_were_kept_read_and_explain_alike(monkeypatch, tmp_path):
             grammar.read(source, line, "rule")
         assert stop.value.place == 4
     assert len(list((tmp_path / "store").iterdir())) == 2
+
+
+@pytest.mark.parametrize(
+    ("line", "hidden"),
+    [
+        ("x = 3 ; y = 4", "y = 4"),
+        ("x = 3; y = 2*x; z = 5", "y = 2*x"),
+        ("x = V ; V = volume", None),
+        ("x = 3 ; D = 3 mm pipe", None),
+        ("x = 3 ; as given", None),
+    ],
+)
+def test_a_rule_behind_a_semicolon_is_noted(line: str, hidden: str | None) -> None:
+    told = [note.message for note in rulesheets.loads(line).notes]
+    assert told == ([f"`{hidden}` is read as a comment: it follows a `;`"] if hidden else [])

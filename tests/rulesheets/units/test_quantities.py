@@ -82,6 +82,23 @@ def test_a_wrong_unit_of_a_sheet_is_told(sheet: str, code: str) -> None:
     assert wrong.value.diagnoses[0].labels[0].span.line == 2
 
 
+@pytest.mark.parametrize(
+    ("unit", "note"),
+    [
+        ("kJ/kgK", "write kg-K for a product of units"),
+        ("W/m2K", "write m2-K for a product of units"),
+        ("Nmm", "write N-mm for a product of units"),
+        ("Pas", "write Pa-s for a product of units"),
+        ("lbs", "did you mean lb?"),
+        ("hrs", "did you mean hr?"),
+    ],
+)
+def test_a_product_without_its_sign_is_parted(unit: str, note: str) -> None:
+    with pytest.raises(RuleSheetError) as wrong:
+        rulesheets.loads(f"variables\n x [{unit}]\nrules\n x = 2*y")
+    assert wrong.value.diagnoses[0].notes == (note,)
+
+
 @pytest.mark.parametrize("given", ["8 kg", "8 inn", (8, "s")])
 def test_a_wrong_unit_of_an_input_is_told(given: object) -> None:
     with pytest.raises(RuleSheetError):
@@ -285,6 +302,9 @@ def test_ends_of_ranges_are_converted() -> None:
         ("t [s],d [m],v [m/min]", "tm = t/60\nv = d/tm"),
         ("t [s],d [day]", "tm = t/60\nth = tm/60\nd = th/24"),
         ("m [kg],v [km/h],E [kJ]", "vm = v/3.6\nE = 0.5*m*vm^2/1000"),
+        ("eta [%],loss [%]", "rest = 100 - eta - loss"),
+        ("i [%],K [EUR],K0 [EUR]", "K = K0*(1 + i/100)^7"),
+        ("k [1/s],E [kJ/mol],R [J/mol-K],T [K]", "k = A*exp(-1000*E/(R*T))"),
         ("eff [%],A [EUR],P [EUR]", "eff = 100*((1 + i)^12 - 1)\nP = A*(1 + i)^(-3)"),
         ("x [mm],B [mm^2]", "A = x^2\nB = 2*A"),
         ("g [dB],p [W],q [W]", "g = 10*log(p/q)"),
@@ -314,6 +334,33 @@ def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(
     assert f"a factor of {factor} is missing" in warning
 
 
+@pytest.mark.parametrize(
+    ("variables", "rule", "cure"),
+    [
+        ("v [m/s],D [mm],nu [m^2/s]", "Re = v*D/nu", "give D in m, or write 1000*Re"),
+        ("K [EUR],K0 [EUR],i [%]", "K = K0*(1 + i)^2", "give i in 1 (a number)"),
+        ("K [EUR],K0 [EUR],i [%],n = 5", "K = K0*(1 + i)^n", "give i in 1 (a number)"),
+        ("T1 [K],T2 [K],p1 [kPa],p2 [bar],k = 1.4", "T2 = T1*(p2/p1)^((k - 1)/k)", "p1 in Pa"),
+        ("k [1/s],E [kJ/mol],R [J/mol-K],T [K]", "k = A*exp(-E/(R*T))", "give E in J/mol"),
+        ("p1 [kPa],p2 [bar],w [J]", "w = w0*ln(p1/p2)", "give p1 in Pa and p2 in Pa"),
+        ("x [%],y [m],z [m]", "y = z*2^x", "give x in 1 (a number)"),
+    ],
+)
+def test_a_pure_number_makes_up_for_no_factor(variables: str, rule: str, cure: str) -> None:
+    (warning,) = check_units(model_of(variables, rule))
+    assert any(cure in note for note in warning.notes)
+
+
+def test_celsius_is_not_the_coulomb() -> None:
+    model = model_of(
+        "T_1 [C],T_2 [C],q [C],h [W/m^2],T_3 [F],C [F]", "h = eps*5.67e-8*(T_1^4 - T_2^4)"
+    )
+    assert [one.message for one in check_units(model) if one.code == "W604"] == [
+        "T_1 and T_2 are in C, which is the coulomb",
+        "T_3 is in F, which is the farad",
+    ]
+
+
 def test_what_rules_imply_is_named() -> None:
     rules = "Re = v*D/nu\n A = D^2\n E = m*v^2/2\n a = asind(Re)\n F = E/D\n k = q*2\n n = t/60"
     head = "variables\n v [m/s]\n D [mm]\n nu [m^2/s]\n m [kg]\n t [s]\nrules\n"
@@ -322,7 +369,7 @@ def test_what_rules_imply_is_named() -> None:
         "A": "mm^2",
         "E": "J",
         "F": "kN",
-        "Re": "0.001",
+        "Re": "-",
         "a": "deg",
         "n": "s or a multiple",
     }
