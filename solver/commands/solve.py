@@ -10,7 +10,6 @@ from argparse import ArgumentParser, Namespace
 from collections.abc import Iterable
 from contextlib import suppress
 from contextvars import Context
-from dataclasses import replace
 from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, plural, render
@@ -32,11 +31,15 @@ from solver.commands import (
 )
 from solver.path.planner import planner
 from solver.ranking.signs import signs_of
-from solver.report.sheet import diagnosis_json, result_csv, result_json, result_text
+from solver.report.sheet import (
+    MOST_WARNINGS,
+    diagnosis_json,
+    result_csv,
+    result_json,
+    result_text,
+    with_warnings,
+)
 from solver.solution.solving import Result, posted, solve
-
-MOST_WARNINGS = 3
-"""Warnings of units after a table."""
 
 
 def _solve_arguments(parser: ArgumentParser) -> None:
@@ -91,13 +94,7 @@ def _solve(arguments: Namespace) -> int:
         from solver.files import write_file
 
         write_file(arguments.output, result_csv(result).encode())
-    warnings = result.model.unit_warnings  # of the rules; the status stays
-    if not arguments.json and len(warnings) > MOST_WARNINGS:
-        last = warnings[MOST_WARNINGS - 1]
-        rest = f"{len(warnings) - MOST_WARNINGS} more such warnings: see backsolve check"
-        warnings = (*warnings[: MOST_WARNINGS - 1], last._replace(notes=(*last.notes, rest)))
-    if warnings:
-        result = replace(result, diagnoses=(*result.diagnoses, *warnings))
+    result = with_warnings(result, sys.maxsize if arguments.json else MOST_WARNINGS)
     if arguments.csv:  # messages go to stderr, for programs that read the sheet
         sys.stdout.write(result_csv(result, every=arguments.all))
         for diagnosis in result.diagnoses:

@@ -27,7 +27,7 @@ from solver.path import activity, equations_of
 from solver.path.cases import outcomes
 from solver.report.derivation import Derivation, Page
 from solver.report.path import Places, Plain, Tex, rule_text, steps_to_show
-from solver.report.sheet import diagnosis_json, finite
+from solver.report.sheet import diagnosis_json, finite, with_warnings
 from solver.solution.solving import Result, solve
 from solver.sweeps.sweep import sweep
 
@@ -124,7 +124,7 @@ def answered(result: Result) -> dict[str, Any]:
         "partial": finite(result.partial),
         "figures": [geometry(result.model, answer) for answer in result.solutions],
         "residual": max((answer.worst_residual for answer in result.solutions), default=0.0),
-        "diagnoses": [complaint(diagnosis) for diagnosis in result.diagnoses],
+        "diagnoses": [complaint(diagnosis) for diagnosis in with_warnings(result).diagnoses],
         "rules": _rules(result),
     }
 

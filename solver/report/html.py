@@ -18,7 +18,7 @@ from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
 from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
 from solver.report.path import Plain, steps_to_show
-from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows
+from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows, with_warnings
 from solver.solution.solving import Result
 
 NONE = "none"
@@ -221,7 +221,7 @@ def _result_grid(result: Result) -> Grid:
     said = "" if result.status is Status.SOLVED else f"<p><b>{escape(str(result.status))}</b></p>"
     hidden = len(result.solutions) - 1 if len(result.solutions) > ANSWERS else 0
     others = f"<p>{hidden} other answers</p>" if hidden else ""
-    after = f"{said}{others}{_notes(result.diagnoses)}"
+    after = f"{said}{others}{_notes(with_warnings(result).diagnoses)}"
     return Grid(heads, cells, {1, *range(3, len(heads) - 2)}, after=after)
 
 

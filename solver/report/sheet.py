@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from decimal import Context, Decimal
 from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
@@ -206,6 +207,21 @@ def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
     assert answer.proof is not None
     radius = {name: answer.radius[name] for name in shown if name in answer.radius}
     return {"proved": answer.proof.proved, "radius": radius}
+
+
+MOST_WARNINGS = 3
+"""Warnings of units beside an answer."""
+
+
+def with_warnings(result: Result, most: int = MOST_WARNINGS) -> Result:
+    """The result with the warnings of units among its messages, the first ones where there are
+    more; its status does not depend on them."""
+    warnings = result.model.unit_warnings
+    if len(warnings) > most:
+        last = warnings[most - 1]
+        rest = f"{len(warnings) - most} more such warnings: see backsolve check"
+        warnings = (*warnings[: most - 1], last._replace(notes=(*last.notes, rest)))
+    return replace(result, diagnoses=(*result.diagnoses, *warnings)) if warnings else result
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> Json:

@@ -1,4 +1,5 @@
-"""The typeset rules of the page: of several cases the first that applies is the one that holds."""
+"""What the page shows of a model and a result: typeset cases, of which the first that applies
+holds; warnings of units, as in the terminal and in a notebook."""
 
 from __future__ import annotations
 
@@ -9,7 +10,9 @@ from itertools import product
 import pytest
 
 import rulesheets
-from solver.page.description import typeset
+import solver
+from solver.page.description import answered, typeset
+from solver.report.html import html
 
 LINE = re.compile(r"y = (\d+)(?: \\quad \\text\{(if|else if|otherwise) \} (.*))?")
 
@@ -47,3 +50,13 @@ def _first(lines: list[str], a: bool, b: bool) -> float | None:
         if word in (None, "otherwise") or eval(text, {"a": int(a), "b": int(b)}):
             return float(number)
     return None
+
+
+def test_warnings_of_units_stand_beside_the_answer() -> None:
+    text = "variables\n  P = 5 [kW]\n  T [N-m]\n  w = 10 [rad/s]\nrules\n  P = T*w"
+    result = solver.solve(rulesheets.loads(text))
+    assert result.diagnoses == ()
+    told = answered(result)
+    assert [one["code"] for one in told["diagnoses"]] == ["W601"]
+    assert told["rules"][0]["state"] == "used"
+    assert "give P in W" in html(result)

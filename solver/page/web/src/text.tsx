@@ -22,9 +22,9 @@ export function Text() {
     });
   });
   async function check(now: string): Promise<boolean> {
-    const reply = await ask({ do: "check", text: now });
+    const reply = await ask<{ warnings: Complaint[] }>({ do: "check", text: now });
     if (now !== text.peek()) return false;
-    complaints.value = troubleOf(reply)?.complaints ?? [];
+    complaints.value = troubleOf(reply)?.complaints ?? reply.warnings ?? [];
     return true;
   }
   const type = (now: string) => {
