@@ -1,4 +1,4 @@
-"""Expressions and conditions turned into numbers, slopes and enclosures."""
+"""Expressions and conditions turned into numbers and slopes."""
 
 from rulesheets.evaluate.gradient import (
     NotDifferentiable,
@@ -7,14 +7,13 @@ from rulesheets.evaluate.gradient import (
     rounded_derivatives,
     slopes_by_name,
 )
-from rulesheets.evaluate.number import Undefined, enclose, holds, value
+from rulesheets.evaluate.number import Undefined, holds, value
 
 __all__ = [
     "NotDifferentiable",
     "Undefined",
     "derivatives",
     "differentiate",
-    "enclose",
     "holds",
     "rounded_derivatives",
     "slopes_by_name",

@@ -249,9 +249,9 @@ def _indeterminate(
                 return Indeterminate(part, form or other_form, found)
             if isinstance(above, Product):  # a part that becomes infinite may have a limit in these
                 other = above.right if above.left is part else above.left
-                compensates = _read(other, values) and vanishes(other, values)
+                compensates = vanishes(other, values)
             else:
-                compensates = isinstance(above, Quotient | Power | Call) and _read(above, values)
+                compensates = isinstance(above, Quotient | Power | Call) and is_known(above, values)
             if not compensates:
                 break
     return None
@@ -268,16 +268,16 @@ def _undefined(
             continue
         inner = [part for part in children(chain[0]) if not _has_value(part, values)]
         stack.extend((part, *chain) for part in inner)
-        if not inner and _read(chain[0], values):
+        if not inner and is_known(chain[0], values):
             yield chain
 
 
-def _read(part: Expression, values: Mapping[str, float | str]) -> bool:
+def is_known(part: Expression, values: Mapping[str, float | str]) -> bool:
     return all(name in values for name in names(part))
 
 
 def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
-    if not _read(part, values):
+    if not is_known(part, values):
         return False
     try:
         value(part, values)
@@ -289,9 +289,13 @@ def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
 
 
 def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
-    """Whether a part is 0 to all digits considered."""
+    """Whether the variables of a part are known, and it is 0 to all digits considered."""
     try:
-        return not extended(part, values, 50) and not extended(part, values, 100)
+        return (
+            is_known(part, values)
+            and not extended(part, values, 50)
+            and not extended(part, values, 100)
+        )
     except Undefined:
         return False
 

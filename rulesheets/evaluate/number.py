@@ -1,17 +1,14 @@
-"""Expressions and conditions in floats and intervals: values, or why there is none."""
+"""Expressions and conditions in floats: values, or why there is none."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping
-from functools import reduce
 from operator import ge, gt, le, lt
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from rulesheets.functions import TABLE
-from rulesheets.functions.intervals import Interval, add, divide, multiply, power, square, unknown
-from rulesheets.functions.row import Forms
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -308,52 +305,3 @@ def _compare(comparison: Comparison, values: Values, same: Same | None = None) -
 
 
 _ORDERS = {"<": lt, "<=": le, ">": gt, ">=": ge}
-
-
-def enclose(expression: Expression, box: Mapping[str, Interval]) -> Interval:
-    """Bounds of ``expression`` for every value of its variables between the two ends in ``box``.
-
-    They contain every exact value for which all operations are defined; nan if there is none on the
-    box. Raises KeyError for a variable that is not in the box and Undefined for arithmetic with a
-    symbol.
-    """
-    return Intervals(box).of(expression)
-
-
-class Intervals(Arithmetic[Interval]):
-    """Pairs of floats, for which Python has no operators."""
-
-    def __init__(self, box: Mapping[str, Interval]) -> None:
-        self.box = box
-
-    def number(self, node: Number) -> Interval:
-        return node.value, node.value
-
-    def name(self, node: Name) -> Interval:
-        return self.box[node.name]
-
-    def negative(self, node: Negative) -> Interval:
-        low, high = self.of(node.operand)
-        return -high, -low
-
-    def sum(self, node: Sum) -> Interval:
-        return reduce(lambda total, part: add(*total, *part), map(self.of, node.terms))
-
-    def product(self, node: Product) -> Interval:
-        factor = self.of(node.left)
-        if node.left == node.right:
-            return square(*factor)
-        return multiply(*factor, *self.of(node.right))
-
-    def divided(self, node: Quotient, above: Interval, below: Interval) -> Interval:
-        return divide(*above, *below)
-
-    def raised(self, node: Power, base: Interval, exponent: Interval) -> Interval:
-        return power(*base, *exponent)
-
-    def applied(self, node: Call, arguments: list[Interval]) -> Interval:
-        bounds: Interval = INTERVALS[node.function](*(end for pair in arguments for end in pair))
-        return bounds
-
-
-INTERVALS = Forms(TABLE, lambda row: unknown if row.interval is None else row.interval)

@@ -575,6 +575,10 @@ ARRAYS = Forms(TABLE, _on_arrays)
 """Every function on numpy arrays, by name; outside its domain it gives nan or an infinity."""
 
 
+INTERVALS = Forms(TABLE, lambda row: row.interval or intervals.unknown)
+"""Every function on intervals, each given by its two ends, by name."""
+
+
 def named(trait: Callable[[Function], Any]) -> frozenset[str]:
     """The names of the built-in functions with a trait."""
     return frozenset(row.name for row in _ROWS if trait(row))

@@ -17,7 +17,6 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.evaluate import NotDifferentiable, differentiate
 from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import CHOOSING, signed_root
-from rulesheets.evaluate.number import enclose
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Variable
 from rulesheets.syntax import nodes
@@ -43,7 +42,7 @@ from rulesheets.syntax.nodes import (
     substitute,
     walk,
 )
-from solver.kernel.emitter import Emitter, factors, times, without
+from solver.kernel.emitter import Emitter, enclose, factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph

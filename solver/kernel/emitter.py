@@ -6,7 +6,7 @@ from __future__ import annotations
 import marshal
 import math
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
 from math import inf, isfinite, log, log1p, nan, nextafter
 from types import CodeType, FunctionType
@@ -15,8 +15,8 @@ from typing import Any, TypeAlias, TypeVar
 import numpy as np
 
 from rulesheets.evaluate.gradient import SMALLEST
-from rulesheets.evaluate.number import INTERVALS, Arithmetic
-from rulesheets.functions import ARRAYS, TABLE, intervals
+from rulesheets.evaluate.number import Arithmetic
+from rulesheets.functions import ARRAYS, INTERVALS, TABLE, intervals
 from rulesheets.syntax.nodes import (
     ONE,
     Call,
@@ -443,3 +443,18 @@ class IntervalEmitter(CodeLines[Pair]):
             self._fixed |= set(token.split(", ") if fixed else ())
         low, high = token.split(", ")
         return low, high
+
+
+def enclose(expression: Expression, box: Mapping[str, intervals.Interval]) -> intervals.Interval:
+    """Bounds of an expression for every value of its variables between the two ends in ``box``.
+
+    They contain every exact value for which all operations are defined; nan if there is none on the
+    box, or for arithmetic with a symbol. Raises KeyError for a variable that is not in the box.
+    """
+    ends = {name: box[name] for name in dict.fromkeys(names(expression))}
+    wide = [name for name, (low, high) in ends.items() if low != high]
+    points = [name for name in ends if name not in wide]
+    emitter = IntervalEmitter(wide, points)
+    on_box = emitter.function(emitter.of(expression))(*(ends[name][0] for name in points))
+    bounds: intervals.Interval = on_box(*(end for name in wide for end in ends[name]))
+    return bounds

@@ -18,11 +18,11 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
-from rulesheets.evaluate.number import enclose
 from rulesheets.model import Value
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
+from solver.kernel.emitter import enclose
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, BESIDE, EPS, SMALLEST_NORMAL
 from solver.path.graph import within_half_turns

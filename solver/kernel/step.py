@@ -13,13 +13,14 @@ from itertools import zip_longest
 from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.evaluate.number import enclose, number_text
+from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import sides
+from solver.accuracy.rule_sides import moves_of, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.kernel.emitter import enclose
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
@@ -186,9 +187,7 @@ class StepSolver:
                 number, slopes, rounded = rounded_derivatives(argument, self.values)
             except (Undefined, KeyError):  # of the stages before the unknown
                 continue
-            made_of = sum(
-                abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float)
-            )
+            made_of = sum(moves_of(slopes, self.values))
             exact = isinstance(argument, Name | Number)
             lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
             if lost or (
@@ -310,8 +309,7 @@ class StepSolver:
         if isinstance(formula, Number) or (self.floats and not self.careful):
             return number
         _, slopes, rounded = rounded_derivatives(formula, self.values)
-        moves = sum(abs(s * v) for n, s in slopes.items() if isinstance(v := self.values[n], float))
-        if rounded <= BACKWARD * moves:
+        if rounded <= BACKWARD * sum(moves_of(slopes, self.values)):
             return number
         from rulesheets.evaluate.digits import extended, in_many_digits
 
@@ -466,10 +464,7 @@ class StepSolver:
         if isinstance(expression, Name | Number):
             return False
         result, slopes = derivatives(expression, at)
-        made_of = sum(
-            abs(slope * v) for n, slope in slopes.items() if isinstance(v := at[n], float)
-        )
-        return result != 0.0 and abs(result) <= CANCELLED * made_of
+        return result != 0.0 and abs(result) <= CANCELLED * sum(moves_of(slopes, at))
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole

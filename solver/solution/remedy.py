@@ -8,10 +8,10 @@ from dataclasses import replace
 from itertools import chain, combinations, islice, product, takewhile, zip_longest
 from typing import NamedTuple
 
-from rulesheets.evaluate.number import enclose
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from solver.facts import Conflict
+from solver.kernel.emitter import enclose
 from solver.leaves import Asked, Branch, Exploration, Leaf
 from solver.numerics.tolerances import BACKWARD
 from solver.path import activity, equations_of

@@ -22,6 +22,7 @@ from rulesheets.evaluate.digits import (
     extended,
     extended_derivatives,
     indeterminate,
+    is_known,
     vanishes,
 )
 from rulesheets.functions import named
@@ -554,16 +555,10 @@ def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expre
         done.append(_without(part, values))
     pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
     for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:
-        nothing = nodes.is_number(factor, 0.0) or (
-            _read(factor, values) and vanishes(factor, values)
-        )
-        if nothing and not _read(other, values):
+        nothing = nodes.is_number(factor, 0.0) or vanishes(factor, values)
+        if nothing and not is_known(other, values):
             return nodes.ZERO
     return nodes.rebuilt(side, tuple(done))
-
-
-def _read(part: nodes.Expression, values: Mapping[str, float]) -> bool:
-    return all(name in values for name in nodes.names(part))
 
 
 def judged_again(

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from rulesheets.evaluate.digits import context, functions
-from rulesheets.evaluate.number import INTERVALS
-from rulesheets.functions import TABLE
+from rulesheets.functions import INTERVALS, TABLE
 from rulesheets.functions.intervals import add, divide, multiply, power, ratio
 
 MP = context(40)
