@@ -419,12 +419,19 @@ def _in_its_unit(given: Any, variable: Variable) -> Any:
     if isinstance(given, str) and (measured := value_and_unit(given)):
         plain = _plain_number(measured[0]) is not None
         return parse_input(given, None, variable)[0] if plain else given
+    if (pair := with_unit(given)) is None:
+        return given
+    return converted([_number(pair[0], variable)], pair[1], variable)[0]
+
+
+def with_unit(given: Any) -> tuple[Any, str] | None:
+    """``(3, "in")`` and quantities of pint, numbers or arrays, with the unit; None for others."""
     if isinstance(given, tuple) and len(given) == 2 and isinstance(given[1], str):
-        return converted([_number(given[0], variable)], given[1], variable)[0]
+        return given
     if hasattr(given, "to_base_units"):
         base = given.to_base_units()
-        return converted([_number(base.magnitude, variable)], f"{base.units:C}", variable)[0]
-    return given
+        return base.magnitude, f"{base.units:C}"
+    return None
 
 
 def _number(given: SupportsFloat, variable: Variable) -> float:

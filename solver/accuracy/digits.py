@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -44,14 +45,18 @@ class DigitWork:
 
 
 def linearized(
-    forms: Sequence[Expression], unknowns: Sequence[str], values: Mapping[str, Any], digits: int
+    forms: Sequence[Expression],
+    unknowns: Sequence[str],
+    values: Mapping[str, Any],
+    digits: int | None = None,
 ) -> tuple[list[list[Any]], list[Any]]:
-    """Jacobian (m, n) of as many forms by the unknowns, and their values (m,). Raises Undefined."""
-    zero = context(digits).zero
-    swept = [extended_derivatives(form, values, digits, unknowns) for form in forms]
-    return [[slopes.get(name, zero) for name in unknowns] for _, slopes in swept], [
-        miss for miss, _ in swept
-    ]
+    """Jacobian (m, n) of as many forms by the unknowns, and their values (m,): in floats, or in so
+    many ``digits``. Raises Undefined."""
+    swept: Any = derivatives
+    if digits is not None:
+        swept = partial(extended_derivatives, digits=digits, along=unknowns)
+    found = [swept(form, values) for form in forms]
+    return [[slopes.get(n, 0.0) for n in unknowns] for _, slopes in found], [f for f, _ in found]
 
 
 class ManyDigits:

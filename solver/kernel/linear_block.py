@@ -21,6 +21,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.model import Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
+from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import half_unit, uncertainty, with_named_numbers
 from solver.facts import BeyondFloats, Conflict, RankLoss
@@ -257,7 +258,7 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
     """
     try:  # where every unknown is 0, by one sweep of each equation, uncompiled
         at_zero = {**problem.here, **dict.fromkeys(problem.unknowns, 0.0)}
-        matrix, residual = _linearized(problem.kernel.forms, problem.unknowns, at_zero)
+        matrix, residual = linearized(problem.kernel.forms, problem.unknowns, at_zero)
     except ArithmeticError:
         return None
     rhs = [-r for r in residual]
@@ -290,16 +291,6 @@ def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome 
     if near or found is None:
         found = _free_within_check(problem, matrix, rhs, off, found)
     return found._replace(doubtful=True) if near and found is not None else found
-
-
-def _linearized(
-    forms: Sequence[Expression], names: Sequence[str], values: Mapping[str, Value]
-) -> tuple[list[list[float]], list[float]]:
-    """Slopes (m, n) of as many forms by the names, and their values (m,). Raises Undefined."""
-    swept = [derivatives(form, values) for form in forms]
-    return [[slopes.get(name, 0.0) for name in names] for _, slopes in swept], [
-        miss for miss, _ in swept
-    ]
 
 
 def _rounded(problem: BlockProblem, facts: LinearOutcome) -> bool:
@@ -365,23 +356,23 @@ def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
     if n == len(z):
         return True
 
-    def linearized(z: Array) -> tuple[Array, Array]:
+    def at(z: Array) -> tuple[Array, Array]:
         """Jacobian (m, k) over unknowns and known values (k,), and residual (m,)."""
-        at = dict(zip(names, z.tolist(), strict=True))
-        rows, misses = _linearized(problem.kernel.forms, names, at)
+        values = dict(zip(names, z.tolist(), strict=True))
+        rows, misses = linearized(problem.kernel.forms, names, values)
         return np.array(rows), np.array(misses)
 
     def size(z: Array) -> Array:
         return np.where(z, np.abs(z), 1.0)
 
-    rank, right = _rank(linearized(z)[0] * size(z), FREE)
+    rank, right = _rank(at(z)[0] * size(z), FREE)
     for seed in range(3):
         mix = [math.cos((k + 1) * (1.7 + seed)) for k in range(len(z) - rank)]
         moved = z + STEP_ALONG * size(z) * (mix @ right[rank:])
         for _ in range(12):
-            jacobian, miss = linearized(moved)
+            jacobian, miss = at(moved)
             moved = moved - np.linalg.lstsq(jacobian, miss, rcond=FREE)[0]
-        jacobian, miss = linearized(moved)
+        jacobian, miss = at(moved)
         arrived = np.abs(miss).max() <= NEARLY * max(1.0, np.abs(moved).max() ** 2)
         if arrived and _rank((jacobian * size(moved))[:, :n], REGULAR)[0] == n:
             return False

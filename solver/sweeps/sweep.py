@@ -18,7 +18,7 @@ import numpy as np
 
 from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
-from rulesheets.inputs import variable_named, variables_named
+from rulesheets.inputs import variable_named, variables_named, with_unit
 from rulesheets.model import Model, Tolerance, Value, expect_model
 from rulesheets.units import displays, scaling
 from solver.derivatives import tolerances_of
@@ -115,21 +115,11 @@ def sweep(
 
 def _in_its_unit(model: Model, name: str, column: Any) -> Any:
     """``(values, "in")`` and arrays of pint in the unit of a variable; others unchanged."""
-    variable = variable_named(name, model)
-    if (
-        isinstance(column, tuple)
-        and len(column) == 2
-        and isinstance(column[1], str)
-        and variable.unit
-    ):
-        values, unit = column
-    elif hasattr(column, "to_base_units"):
-        base = column.to_base_units()
-        values, unit = base.magnitude, f"{base.units:C}"
-    else:
+    variable, pair = variable_named(name, model), with_unit(column)
+    if pair is None or (pair is column and not variable.unit):  # two symbols
         return column
-    factor, shift = scaling(unit, variable)
-    return np.asarray(values, dtype=float) * factor + shift
+    factor, shift = scaling(pair[1], variable)
+    return np.asarray(pair[0], dtype=float) * factor + shift
 
 
 def work_of(
