@@ -6,7 +6,7 @@ import os
 import textwrap
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
-from functools import cache
+from functools import cache, cached_property
 from typing import NamedTuple
 
 from rulesheets.syntax import Span, escaped
@@ -54,11 +54,25 @@ def labels(*places: tuple[Span | None, str]) -> tuple[Label, ...]:
 
 
 class RuleSheetError(Exception):
-    """A sheet, a variable sheet or a command is wrong. One of the ``diagnoses`` is an error."""
+    """A sheet, a variable sheet or a command is wrong. One of the ``diagnoses`` is an error.
+
+    A traceback of Python ends with the messages, their places and cures.
+    """
 
     def __init__(self, *diagnoses: Diagnosis) -> None:
         super().__init__("\n".join(diagnosis.message for diagnosis in diagnoses))
         self.diagnoses = diagnoses
+
+    @cached_property
+    def __notes__(self) -> list[str]:  # type: ignore[override]
+        """What Python shows below the message: places and cures; of several messages each whole."""
+        shown = list(map(render, self.diagnoses))
+        return (
+            shown if len(shown) > 1 else [rest for one in shown if (rest := one.partition("\n")[2])]
+        )
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), self.diagnoses
 
     def _render_traceback_(self) -> list[str]:
         """Displayed in a notebook instead of a traceback: places and carets, as in a terminal."""

@@ -118,6 +118,7 @@ _WORD = r"\math"
 _GREEK_NAME = re.compile(rf"({_GREEK})_?(|[A-Z0-9_].*)")
 _LETTER_NAME = re.compile(r"([A-Za-z])_?([A-Z0-9][A-Za-z0-9_]*|_.+)", re.ASCII)
 _COORDINATE = re.compile(r"([xyz])([a-z]\d*)", re.ASCII)
+_COMPONENT = re.compile(r"([a-ce-wA-Z])([xyz]\d*)", re.ASCII)
 _NUMBERED = re.compile(r"([A-Za-z]{2,})_?(\d+)", re.ASCII)
 
 
@@ -139,7 +140,7 @@ def _local(name: str) -> str:
         return name
     if name.isupper() and name.isalpha():
         return rf"\mathit{{{name}}}"
-    for pattern in (_COORDINATE, _LETTER_NAME):
+    for pattern in (_COORDINATE, _COMPONENT, _LETTER_NAME):
         if parts := pattern.fullmatch(name):
             return parts[1] + _index(parts[2])
     if numbered := _NUMBERED.fullmatch(name):

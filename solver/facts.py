@@ -47,6 +47,9 @@ class Unsolved(Exception):
             self._diagnoses = self._diagnoses()
         return self._diagnoses
 
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.status, self.diagnoses)
+
     def __str__(self) -> str:
         return f"{self.status}: " + "; ".join(d.message for d in self.diagnoses)
 
@@ -57,6 +60,9 @@ class UnknownName(KeyError):
     def __init__(self, name: object, known: Collection[str]) -> None:
         super().__init__(name)
         self.known = known  # as it is: a table asks for many names that have no value
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return type(self), (self.args[0], tuple(self.known))
 
     def __str__(self) -> str:
         name = self.args[0]

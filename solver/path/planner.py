@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import chain
 from typing import Any, NamedTuple
 
 from rulesheets.model import Model, Premise, Value, once
@@ -45,6 +46,21 @@ class Planner:
 def planner(model: Model) -> Planner:
     """The planner of a model, with every path found so far."""
     return Planner(ModelGraph(model))
+
+
+def with_checks(
+    model: Model, inputs: Mapping[str, Value], want: Sequence[str] | None
+) -> Sequence[str] | None:
+    """The wanted names; if one is an input that the others determine as well, also all that they
+    find on the way to it, so that rules which its value contradicts are not pruned."""
+    found = dict.fromkeys(want or ())
+    for name in [name for name in found if name in inputs]:
+        others = {n: v for n, v in inputs.items() if n != name}
+        decided, wanted = outcomes(model, others, others), frozenset((name,))
+        path = planner(model).path(frozenset(others), decided, want=wanted)
+        if name in (names := [*chain.from_iterable(map(given_by, path.steps))]):
+            found |= dict.fromkeys(names)
+    return want if want is None else tuple(found)
 
 
 # --- the path with its cases ---

@@ -18,7 +18,7 @@ from solver.accuracy.forward_error import ForwardErrors
 from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
 from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
 from solver.path import Path, Shown, SolveBlock, Step, equations_of
-from solver.path.planner import planner
+from solver.path.planner import planner, with_checks
 from solver.ranking.ranking import unlikely
 from solver.solution.verdict import Verdict, explore_required, is_complete, judge
 
@@ -116,6 +116,14 @@ class Result(Shown):
         if name not in self.model.variables:
             raise UnknownName(name, self.model.variables)
         return self._answer(0).get(name)
+
+    def __iter__(self) -> Iterator[str]:
+        """The names with a value in the primary answer (or in the determined part)."""
+        return iter(self._answer(0))
+
+    def keys(self) -> Iterable[str]:
+        """The same names: ``dict(result)`` has their values."""
+        return self._answer(0).keys()
 
     def __repr__(self) -> str:
         known = self._answer(0)
@@ -232,7 +240,8 @@ def solve(
     effective = override(model, inputs, guesses)
     given, hints = effective.values, effective.guesses
     wanted = None if want is None else variables_named(want, model)
-    asked = Asked(model, given, wanted, hints, posted(model) if wanted is None else wanted)
+    judged = posted(model) if wanted is None else wanted
+    asked = Asked(model, given, with_checks(model, given, wanted), hints, judged)
     if prove:
         require_proof()
     usual = gc.get_threshold()

@@ -27,7 +27,7 @@ from rulesheets.model import Model, Value, expect_model
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked, different
-from solver.path.planner import planner
+from solver.path.planner import planner, with_checks
 from solver.ranking.branches import Answers, found_again, kept, together
 from solver.solution.explain import explain
 from solver.solution.explore import explore
@@ -356,7 +356,9 @@ class Plan:
             for n, v in zip(self.inputs, numbers, strict=True)
         }
         given = {n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}
-        return Asked(self.model, {**self.given, **given}, self.want, self.guesses, self.want)
+        inputs = {**self.given, **given}
+        want = with_checks(self.model, inputs, self.want)
+        return Asked(self.model, inputs, want, self.guesses, self.want)
 
     def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
         refused = self._refused(numbers)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import pickle
 import re
+import traceback
 
 import pytest
 
+import rulesheets
 from rulesheets.diagnosis import (
     Diagnosis,
     Label,
@@ -120,3 +123,13 @@ def test_catalogue_entries_are_sentences(code: str) -> None:
     assert not entry.title.endswith(".")
     assert entry.cause.endswith((".", "]", "?"))
     assert entry.fix.endswith((".", "`"))
+
+
+def test_a_traceback_ends_with_place_and_cure() -> None:
+    with pytest.raises(rulesheets.RuleSheetError) as caught:
+        rulesheets.loads("y = 2x")
+    shown = "".join(traceback.format_exception_only(caught.value))
+    assert "y = 2x" in shown
+    assert shown.rstrip().endswith("= help: write 2*x")
+    again = pickle.loads(pickle.dumps(caught.value))
+    assert again.diagnoses == caught.value.diagnoses

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import pickle
 import re
 from pathlib import Path
 
@@ -314,3 +315,25 @@ def test_a_bound_is_found_orders_of_magnitude_away(given: dict[str, float], boun
     inputs = {"a": 3.0, "b": 4.0, **given}
     (refusal, *_) = solver.solve(triangle, inputs).diagnoses
     assert bound in refusal.notes[-1]
+
+
+def test_a_wanted_input_that_the_others_determine_is_checked() -> None:
+    """The slider is given, and the crank angle of the sheet was not cleared."""
+    crank = rulesheets.load("offset_slider_crank")
+    result = solver.solve(crank, {"xB": 9.79}, want=["thetaAO"])
+    assert str(result.status) == "inconsistent"
+    assert any(
+        "leave out thetaAO: the other inputs make it -30.0377" in note
+        for d in result.diagnoses
+        for note in d.notes
+    )
+    with pytest.raises(solver.Unsolved) as caught:
+        solver.prepare(crank, ["xB"], ["thetaAO"])(9.79)
+    assert pickle.loads(pickle.dumps(caught.value)).diagnoses == caught.value.diagnoses
+    with pytest.raises(KeyError) as unknown:
+        result["thetaA0"]
+    assert "thetaAO" in str(pickle.loads(pickle.dumps(unknown.value)))
+    assert dict(result)["xB"] == 9.79
+    assert solver.solve(crank, want=["thetaAO", "AO"])["thetaAO"] == -30.0
+    right = solver.solve(crank)["xB"]
+    assert str(solver.solve(crank, {"xB": right}, want=["thetaAO"]).status) == "solved"
