@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import chain, combinations, islice, product, takewhile, zip_longest
+from itertools import chain, combinations, islice, product, zip_longest
 from typing import NamedTuple
 
 from rulesheets.model import Equation, Model, Value
@@ -26,18 +26,18 @@ MAX_SIZE, MAX_SETS = 4, 400
 MAX_READ = 300_000
 """Occurrences of variables in rules that are read for it: fewer sets of a large sheet are tried."""
 MAX_FILTER = 60
-MAX_TRIALS = 26
+MAX_TRIALS = 40
 ROUGH = 1e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
 CLOSELY = 1e-7
 """How closely an edge is found, relative to it."""
 LOOSELY = 1e-3
 """The same for an edge that nothing proves."""
-LARGER = (0.02, 0.1, 0.3, *(2.0**k - 1.0 for k in range(1, 11)))
-SMALLER = (0.02, 0.1, 0.3, *(1.0 - 2.0**-k for k in range(1, 11)), 1.0, 1.5, 2.0, 3.0, 5.0)
-"""Changes of an input, relative to it, that are tried: by a few percent, then by factors of two up
-to a thousand, at last of the other sign."""
-FEW = 5
+LARGER = (0.02, 0.1, 0.3, *(1.9**k - 1.0 for k in range(1, 12)))
+SMALLER = (0.02, 0.1, 0.3, *(1.0 - 1.9**-k for k in range(1, 12)), 1.0, 1.5, 2.5, 5.0)
+"""Changes of an input, relative to it, that are tried: by a few percent, then by factors up to a
+thousand, at last of the other sign. At factors of two whole numbers meet at edges (1 + 1 = 2)."""
+FEW = 3
 """How many of them look for the other end of a gap."""
 DEAR = 1_000
 """Work from which on a search without success is not repeated where many starts serve."""
@@ -287,7 +287,8 @@ def bounds(
 ) -> tuple[Bound, ...]:
     """The limit of each single input within its range for a solution to exist, by bisection.
 
-    What the sheet itself gives as a positive number, and is no angle, stays positive.
+    What the sheet itself gives as a positive number, and is no angle, stays positive; an angle
+    stays within a turn.
     """
     turn, found = planner(asked.model).graph.turn, []
     for name in names:
@@ -297,6 +298,7 @@ def bounds(
         positive = given == own and given > 0.0 and turn(name) is None
         narrow = asked._replace(want=judged, judged=judged)
         trials = _Trials(narrow, name, patience, positive=positive)
+        trials.most = max(turn(name) or math.inf, abs(given))
         bound = _bound(trials, given, (-1, 1))
         if bound is not None and not patience.lost:
             found.append(bound)
@@ -326,7 +328,7 @@ def found_near(
 class _Trials:
     """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known``
     is the last one that was found, ``isolated`` or not, or a point to begin at, and a search for
-    all of them is ``dear`` if one without success took long."""
+    all of them is ``dear`` if one without success took long. ``most`` is the largest size."""
 
     def __init__(
         self,
@@ -338,7 +340,7 @@ class _Trials:
     ) -> None:
         self.asked, self.name, self.patience = asked, name, patience
         self.known, self.positive, self.dear = known, positive, False
-        self.isolated = False
+        self.isolated, self.most = False, math.inf
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
@@ -349,7 +351,7 @@ class _Trials:
         asked, name, nearby = self.asked, self.name, bool(guesses) or self.dear
         if self.patience.lost or not asked.model.variables[name].admits(value):
             return False
-        if self.positive and value <= 0.0:
+        if (self.positive and value <= 0.0) or abs(value) > self.most:
             return False
         inputs = {**asked.inputs, name: value}
         moved = asked._replace(inputs=inputs, guesses=guesses or asked.guesses)
@@ -432,12 +434,11 @@ def _edge(
     pairs = zip_longest([given - s * unit for s in SMALLER], [given + s * unit for s in LARGER])
     values = [v for v in chain(*pairs) if v is not None and math.copysign(1, v - given) in sides]
     if len(sides) == 1:
-        values = [value for value in values[:FEW] if value * given > 0.0]
+        values = [value for value in values[1 : 2 * FEW : 2] if value * given > 0.0]
     inside = next(filter(trials.beside, values), None)
     if inside is None:
         return None
-    tried = takewhile(lambda value: value != inside, values)
-    outside = [given, *(value for value in tried if (value > given) == (inside > given))][-1]
+    outside = given
     for _ in range(MAX_TRIALS):
         middle = 0.5 * (outside + inside)
         if abs(outside - inside) <= close * max(abs(inside), close) or middle in (outside, inside):
