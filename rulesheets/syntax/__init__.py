@@ -16,7 +16,7 @@ def escaped(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
-LIKE_PI = re.compile("P[iI]")
+LIKE_PI = re.compile("P[iI]|pI")
 """How ``pi`` is written, too; these may be variables."""
 
 
@@ -34,7 +34,7 @@ class Source:
 
     @cached_property
     def variables_like_pi(self) -> frozenset[str]:
-        """``Pi`` and ``PI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
+        """``Pi``, ``PI`` and ``pI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
         begins = rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)"
         return frozenset(re.findall(begins, self.text, re.MULTILINE))
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from bisect import bisect
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from fractions import Fraction
 from itertools import zip_longest
 from typing import NamedTuple
@@ -313,7 +314,10 @@ class StepSolver:
             return number
         from rulesheets.evaluate.digits import extended, in_many_digits
 
-        return float(extended(formula, self.values)) if in_many_digits(formula) else number
+        with suppress(Undefined):  # digits hold no exponent as large as that of exp(-1e300)
+            if in_many_digits(formula):
+                return float(extended(formula, self.values))
+        return number
 
     def _touches(self, number: float) -> bool:
         """Whether two preimages are one: the equation does not change to first order there, up to

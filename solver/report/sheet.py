@@ -18,7 +18,7 @@ from rulesheets.units import shown
 from solver.facts import Status
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report import SCREEN, fits, table
-from solver.solution.solving import Result, Solution
+from solver.solution.solving import CUT, Result, Solution
 
 
 def tolerated(text: str, tolerance: Tolerance | None) -> str:
@@ -458,7 +458,8 @@ def _verdict(result: Result, every: bool) -> Iterator[str]:
             span = gap.labels[0].span
             place = f"{escaped(os.path.basename(span.file))}:{span.line}"
             names = few(gap.variables, NAMES)
-            why = f": {names} by {place}, which could not be searched whole (--explain)"
+            lack = "has more than are listed" if gap.code == CUT else "could not be searched whole"
+            why = f": {names} by {place}, which {lack} (--explain)"
         yield some + why
     shown = result.solutions if every else result.solutions[:1]
     for number, answer in enumerate(shown, start=1):

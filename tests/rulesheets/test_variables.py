@@ -184,6 +184,7 @@ def test_wrong_inputs_are_refused(inputs, guesses, code, note):
         ("eta = Po/Pi\nPi = U*I", {"eta", "Po", "Pi", "U", "I"}),
         ('variables\n  PI = 4 [W] " power\nrules\n  eta = Po/PI', {"eta", "Po", "PI"}),
         ("r = a/pi\n  Pi=3*pi", {"r", "a", "Pi"}),
+        ("charge = pI - pH\npI = (pK1 + pK2)/2", {"charge", "pI", "pH", "pK1", "pK2"}),
         ("eta = Pi/r\nr = Pi*PI", {"eta", "r"}),
     ],
 )

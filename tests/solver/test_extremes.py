@@ -295,3 +295,8 @@ def test_a_supplement_next_to_0_is_an_answer() -> None:
     assert result.complete
     found = sorted(solution["y"] for solution in result.solutions)
     assert found == pytest.approx(sorted(float(y) for y in expected), rel=1e-15, abs=0.0)
+
+
+def test_an_exponent_too_large_for_digits_stops_no_search() -> None:
+    rules = "N = K*exp(ln(N0/K)*exp(-b*t))\ndN = b*N*ln(K/N)\ntinf = ln(ln(K/N0))/b"
+    assert solve(rules, N0=500, K=20000, t=25, dN=630).status is Status.FAILED
