@@ -34,7 +34,8 @@ class Source:
 
     @cached_property
     def variables_like_pi(self) -> frozenset[str]:
-        """``Pi``, ``PI`` and ``pI``, if a row of variables or a rule begins with it, as in ``Pi = V*I``."""
+        """``Pi``, ``PI`` and ``pI``, if a row of variables or a rule (``Pi = V*I``) begins with
+        it."""
         begins = rf"^[ \t]*({LIKE_PI.pattern})[ \t]*(?:[=~\[\"]|in\b|$)"
         return frozenset(re.findall(begins, self.text, re.MULTILINE))
 

@@ -91,6 +91,7 @@ def test_a_wrong_unit_of_a_sheet_is_told(sheet: str, code: str) -> None:
         ("Pas", "write Pa-s for a product of units"),
         ("lbs", "did you mean lb?"),
         ("hrs", "did you mean hr?"),
+        ("VAR", "did you mean var?"),
     ],
 )
 def test_a_product_without_its_sign_is_parted(unit: str, note: str) -> None:
