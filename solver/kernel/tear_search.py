@@ -8,10 +8,11 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import partial
+from functools import cache, partial
+from itertools import pairwise
 from math import nan
 from typing import Any
 
@@ -20,7 +21,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Expression, Number, terms, walk
+from rulesheets.syntax.nodes import Expression, Number, calls, terms, walk
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import with_named_numbers
 from solver.kernel.block import BlockKernel
@@ -94,6 +95,8 @@ SHARES = (0.137, 0.291, 0.433, 0.618, 0.787, 0.913)
 FAR = 10.0
 """The distances from the near end of an interval that reaches far out, in ends, at which it is
 sampled."""
+POWERS = range(-12, 25)
+"""Powers of 2 times the typical size at which a plateau is looked for."""
 FAINT = 1e-30
 """Size of samples for which rules may be meaningless, whether or not their unknown is free."""
 REMOTE = 1e50
@@ -331,7 +334,7 @@ class TearSearch:
     def flat_stretch(self) -> BlockOutcome | None:
         """After the search: an interval of the tear on which every point is an answer (``int(x) =
         3``). Answers found on it are no longer listed."""
-        for place, low, high in self.flat:
+        for place, low, high in self.flat or self._plateaus():
             # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root,
             # where one that leaves a plateau jumps or bends
             beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
@@ -346,6 +349,25 @@ class TearSearch:
                     answers[:] = [one for one in answers if not self._joins(place, low, high, one)]
                     return self._free(first, second)
         return None
+
+    def _plateaus(self) -> Iterator[tuple[int, float, float]]:
+        """Intervals beside a kink on which all rules hold, though a given number misses by rounding
+        what they make there, as 397.8 misses ``0.0765*min(5200, x)``."""
+        bent = any(call.function in ("min", "max") for call in calls(*self.kernel.forms))
+        low, high = self.problem.domain(self.tear)
+        sizes = [math.ldexp(self._size, power) for power in POWERS]
+        xs = sorted(x for size in sizes for x in (-size, size) if low <= x <= high)
+        for place in range(len(self.kernel.chains) if bent else 0):
+
+            @cache
+            def holds(x: float, place: int = place) -> bool:
+                point = self._along(place, x)
+                return point is not None and self.problem.holds(point)
+
+            for outside, inside in (*pairwise(xs), *pairwise(xs[::-1])):
+                far = 2 * inside - outside
+                if holds(inside) and not holds(outside) and holds(far):
+                    yield place, min(inside, far), max(inside, far)
 
     def _joins(self, place: int, low: float, high: float, answer: Answer) -> bool:
         """Whether a chain leads through answers from an interval to this answer."""

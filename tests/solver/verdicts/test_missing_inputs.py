@@ -104,3 +104,13 @@ def test_a_missing_input_of_thousands_of_rules_is_told_at_once() -> None:
     assert diagnosis.notes[0].startswith("give ") and diagnosis.notes[0].endswith(
         " or one of 3993 more"
     )
+
+
+@pytest.mark.parametrize("last_places", range(-8, 9, 4))
+def test_a_value_of_a_plateau_up_to_rounding_leaves_its_unknown_free(last_places: int) -> None:
+    """The income of which nothing more is insured, asked by what the insurance leaves."""
+    text = "ss = 0.0765*min(5200, cap)\ntaxable = max(0, 5200 - 1100 - ss)"
+    taxable = 3702.2 + last_places * 2.0**-41
+    result = solver.solve(rulesheets.loads(text), {"taxable": taxable})
+    assert result.undetermined == ("cap",)
+    assert "cap can take any value above 5200" in result.diagnoses[0].message
