@@ -127,8 +127,8 @@ def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) ->
 
 def _apart(name: str, units: Library) -> tuple[str, ...]:
     """The cure for two units without a sign between them: ``kgK``; a plural has no such."""
-    other_case = name.lower() in map(str.lower, units.names())
-    for end in () if other_case else ENDS:
+    loud = name.isupper() and name.lower() in units.names()
+    for end in () if loud else ENDS:
         first = name.removesuffix(end)
         if first not in ("", name):
             with suppress(UnitError):
