@@ -7,7 +7,7 @@ import math
 import os
 import re
 import runpy
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextvars import ContextVar
 from math import inf
 from typing import Any
@@ -15,16 +15,11 @@ from typing import Any
 from rulesheets.deadline import setting
 from rulesheets.diagnosis import refusal
 from rulesheets.functions import PLANNED, TABLE
-from rulesheets.functions.intervals import EPSILON
-from rulesheets.functions.row import Function, Inverse
+from rulesheets.functions.row import UNSURE, Function, Inverse, by_differences
 from rulesheets.syntax.nodes import Expression, call, calls
 
 PYTHON = "<python>"
 """The source of a function that no file of a sheet has registered."""
-STEP = 1e-3
-"""The relative step of differences: about the fifth root of the rounding of floats."""
-TOLD = 1e-3
-"""The relative error beyond which a slope by differences is rejected."""
 _NAME = re.compile(r"[^\W\d]\w*")
 _source: ContextVar[str] = ContextVar("source", default=PYTHON)
 
@@ -61,21 +56,22 @@ def function(
     parameters = _parameters(value)
     slopes = _sequence(derivative)
     inverses = _sequence(inverse)
-    if inverses and (len(parameters) != 1 or parameters[0].endswith("…")):
+    if inverses and (len(parameters) != 1 or _is_endless(parameters)):
         named = ", ".join(parameters)
         raise ValueError(f"an inverse is of a function of one parameter; {name} has {named}")
     if len(slopes) > len(parameters):
         raise ValueError(f"{name} has {len(parameters)} parameters and {len(slopes)} derivatives")
-    own = _row(name, value, parameters, ulps)
-    partials, backward = list[Function](), list[Function]()
-    for place in range(0 if parameters[-1:] and parameters[-1].endswith("…") else len(parameters)):
-        slope = _slope(own.value, slopes, place)
-        partials.append(_row(_nth(f"slope_of_{name}", place), slope, parameters, EPSILON**-0.5))
+    own, partials, backward = _row(name, value, parameters, ulps), {}, list[Function]()
+    for place, slope in enumerate(slopes if not _is_endless(parameters) else ()):
+        if slope is not None:
+            told = _nth(f"slope_of_{name}", place)
+            partials[place] = _row(told, slope, parameters, UNSURE)
     for place, one in enumerate(inverses):
-        polished = _polished(own.value, partials[0].value, one)
+        slope = (partials.get(0) or by_differences(own, 0)).value
+        polished = _polished(own.value, slope, one)
         backward.append(_row(_nth(f"inverse_of_{name}", place), polished, ["t"], ulps))
     own = _row(name, value, parameters, ulps, array, partials, backward, image)
-    TABLE.update({row.name: row for row in (*partials, *backward, own)})
+    TABLE.update({row.name: row for row in (*partials.values(), *backward, own)})
 
 
 def _checked_name(name: str) -> str:
@@ -102,6 +98,10 @@ def _parameters(value: Value) -> list[str]:
     return [one.name for one in every if one.kind in positional and one.default is one.empty]
 
 
+def _is_endless(parameters: Sequence[str]) -> bool:
+    return any(name.endswith("…") for name in parameters[-1:])
+
+
 def _nth(name: str, place: int) -> str:
     return f"{name}_{place + 1}" if place else name
 
@@ -118,12 +118,13 @@ def _row(
     parameters: list[str],
     ulps: float,
     array: Value | None = None,
-    partials: Sequence[Function] = (),
+    partials: Mapping[int, Function] = {},
     backward: Sequence[Function] = (),
     image: tuple[float, float] = (-inf, inf),
 ) -> Function:
-    def slopes(*arguments: Expression) -> tuple[Expression, ...]:
-        return tuple(call(row.name, *arguments) for row in partials)
+    def slopes(*arguments: Expression) -> tuple[Expression | None, ...]:
+        rows = map(partials.get, range(len(arguments)))
+        return tuple(None if row is None else call(row.name, *arguments) for row in rows)
 
     def branches(target: Expression) -> tuple[Expression, ...]:
         return tuple(call(row.name, target) for row in backward)
@@ -133,7 +134,7 @@ def _row(
         value=_in_floats(name, value),
         arguments=", ".join(parameters),
         meaning=(inspect.getdoc(value) or "a function in Python").partition("\n")[0],
-        slopes=slopes if partials else None,
+        slopes=slopes,
         inverse=Inverse(branches, *image) if backward else None,
         array=array and (lambda np, *arguments: array(*arguments)),
         ulps=ulps,
@@ -185,53 +186,6 @@ def _polished(value: Value, slope: Value, inverse: Value) -> Value:
         return x
 
     return at
-
-
-# --- slopes by differences ------------------------------------------------------
-
-
-def _slope(value: Callable[..., float], slopes: Sequence[Value | None], place: int) -> Value:
-    def by_differences(*arguments: float) -> float:
-        slope, wrong = slope_by_differences(value, place, arguments)
-        scale = abs(value(*arguments)) / (abs(arguments[place]) or 1.0)
-        if not wrong <= TOLD * max(abs(slope), scale):
-            raise ValueError("finite differences give no slope there")
-        return slope
-
-    own = slopes[place] if place < len(slopes) else None
-    return by_differences if own is None else own
-
-
-def slope_by_differences(
-    value: Callable[..., float], place: int, arguments: tuple[float, ...]
-) -> tuple[float, float]:
-    """The partial derivative by the argument at ``place``, and a bound of its error.
-
-    Central differences of two steps, extrapolated (L. F. Richardson 1911), one-sided ones at the
-    end of the domain; the error is what the extrapolation changes, and the rounding of ``value``.
-    Raises ValueError or an ArithmeticError where the function is not defined on either side.
-    """
-    x = arguments[place]
-    step = STEP * (abs(x) or 1.0)
-
-    def at(shift: float) -> float:
-        return value(*arguments[:place], x + shift, *arguments[place + 1 :])
-
-    def central(h: float) -> float:
-        return (at(h) - at(-h)) / (2.0 * h)
-
-    def forward(h: float) -> float:
-        return (4.0 * at(h) - at(2.0 * h) - 3.0 * at(0.0)) / (2.0 * h)
-
-    rounding = 16.0 * EPSILON * abs(at(0.0)) / step
-    for difference, h in ((central, step), (forward, step), (forward, -step)):
-        try:
-            coarse, fine = difference(h), difference(0.5 * h)
-        except (ArithmeticError, ValueError):
-            continue
-        better = fine + (fine - coarse) / 3.0
-        return better, abs(fine - coarse) + rounding
-    raise ValueError("the function is not defined beside this point")
 
 
 def in_memory(expressions: Iterable[Expression]) -> bool:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.speed.solvers import fsolve_on
-from rulesheets.evaluate import NotDifferentiable, differentiate, holds
+from rulesheets.evaluate import differentiate, holds
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import subtract
 from solver.kernel.emitter import compile_expressions
@@ -25,13 +25,13 @@ class System:
 
     unknowns: tuple[str, ...]
     residual: Callable[..., Any]
-    jacobian: Callable[..., Any] | None
+    jacobian: Callable[..., Any]
 
     def fsolve(self, with_jacobian: bool = True) -> Callable[[float, Any], Any]:
         """``f(number, start)`` gives the unknowns; raises ArithmeticError where fsolve says it has
         none."""
         flat, n = self.jacobian, len(self.unknowns)
-        if flat is None or not with_jacobian:
+        if not with_jacobian:
             return fsolve_on(self.residual, None)
         return fsolve_on(self.residual, lambda *numbers: np.array(flat(*numbers)).reshape(n, n))
 
@@ -60,16 +60,13 @@ def system_of(model: Model, plan: Plan, verdict: Verdict) -> System | None:
     names = (*plan.inputs, *unknowns, *others)
     fixed = tuple(values[n] for n in others)
     residual = compile_expressions(misses, names)
-    try:
-        slopes = compile_expressions(
-            [differentiate(miss, n) for miss in misses for n in unknowns], names
-        )
-    except NotDifferentiable:
-        slopes = None
+    slopes = compile_expressions(
+        [differentiate(miss, n) for miss in misses for n in unknowns], names
+    )
     return System(
         tuple(unknowns),
         lambda *numbers: residual(*numbers, *fixed),
-        None if slopes is None else lambda *numbers: slopes(*numbers, *fixed),
+        lambda *numbers: slopes(*numbers, *fixed),
     )
 
 

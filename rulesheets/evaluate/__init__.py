@@ -1,7 +1,6 @@
 """Expressions and conditions turned into numbers and slopes."""
 
 from rulesheets.evaluate.gradient import (
-    NotDifferentiable,
     derivatives,
     differentiate,
     rounded_derivatives,
@@ -10,7 +9,6 @@ from rulesheets.evaluate.gradient import (
 from rulesheets.evaluate.number import Undefined, holds, value
 
 __all__ = [
-    "NotDifferentiable",
     "Undefined",
     "derivatives",
     "differentiate",

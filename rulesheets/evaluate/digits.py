@@ -194,9 +194,6 @@ class TracedDigits(Traced[Extended]):
         except Undefined as error:
             raise Undefined(error.operation, error.arguments, node) from None
 
-    def missing(self, node: Call) -> Extended:
-        raise Undefined("derivative", (), node)
-
 
 DIGITS = 160
 DISTANCES = (1e-20, 1e-40)

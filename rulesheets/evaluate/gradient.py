@@ -68,7 +68,7 @@ class Part(Generic[T]):
 
 
 class Traced(Arithmetic[Part[T]]):
-    """The parts of an expression over another arithmetic. A slope without a formula is nan.
+    """The parts of an expression over another arithmetic.
 
     ``rounds``: its numbers are rounded by so much that it counts.
     """
@@ -149,18 +149,10 @@ class Traced(Arithmetic[Part[T]]):
         templates = partials(TABLE[node.function], len(arguments))
         slopes: list[tuple[Any, Part[T]]] = []
         for template, part in zip(templates, arguments, strict=True):
-            if part.exact:
-                continue
-            if template is None:
-                slopes.append((self.missing(node), part))
-            else:
+            if not part.exact:
                 slopes.append((self.slope(template, arguments, node), part))
         rounded = self.rounded(node, result, arguments)
         return Part(result, "", tuple(slopes), rounded, not (slopes or self.rounds))
-
-    def missing(self, node: Call) -> Any:
-        """The value for a slope without a formula."""
-        return math.nan
 
     # --- results ---
 
@@ -187,7 +179,7 @@ def _varying(*slopes: tuple[Any, Part[Any]]) -> tuple[tuple[Any, Part[Any]], ...
 
 
 @cache
-def partials(row: Function, count: int) -> tuple[Expression | None, ...]:
+def partials(row: Function, count: int) -> tuple[Expression, ...]:
     """The slopes of a function, by places of its arguments."""
     return row.partials(tuple(Name(str(place)) for place in range(count)))
 
@@ -259,15 +251,11 @@ def _tied(parts: Sequence[Part[float]]) -> float:
     return float(sum(one.rounded + other.rounded for one, other in pairs))
 
 
-class NotDifferentiable(ValueError):
-    """A requested derivative has no formula (Bessel functions by their order)."""
-
-
 def differentiate(expression: Expression, name: str) -> Expression:
     """Partial derivative by the variable ``name``, with zeros and ones folded away.
 
     It is right wherever the expression is differentiable; at jumps and kinks it is that of one
-    side. Raises NotDifferentiable where a function has no formula for its derivative.
+    side.
     """
     match expression:
         case Name(found):
@@ -296,7 +284,7 @@ def differentiate(expression: Expression, name: str) -> Expression:
 
 def slopes_by_name(expression: Expression, of: Collection[str]) -> dict[str, Expression]:
     """The partial derivatives by those of the names that occur, term by term: each term of a long
-    sum is differentiated by its own names alone. Raises NotDifferentiable."""
+    sum is differentiated by its own names alone."""
     match expression:
         case Negative(operand):
             return {name: -slope for name, slope in slopes_by_name(operand, of).items()}
@@ -335,11 +323,5 @@ def _call(expression: Call, name: str) -> Expression:
     if all(is_number(slope, 0.0) for slope in inner):
         return ZERO
     outer = TABLE[expression.function].partials(expression.arguments)
-    terms: list[Expression] = []
-    for slope, by_argument in zip(inner, outer, strict=True):
-        if is_number(slope, 0.0):
-            continue
-        if by_argument is None:
-            raise NotDifferentiable(f"no derivative of {expression.function} is known")
-        terms.append(by_argument * slope)
-    return add(*terms)
+    pairs = zip(inner, outer, strict=True)
+    return add(*(by * slope for slope, by in pairs if not is_number(slope, 0.0)))

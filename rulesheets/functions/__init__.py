@@ -25,7 +25,7 @@ from rulesheets.functions.intervals import (
     each_end,
     magnitudes,
 )
-from rulesheets.functions.row import Forms, Function, Inverse, both_signs, by, entry
+from rulesheets.functions.row import Forms, Function, Functions, Inverse, both_signs, by, entry
 from rulesheets.syntax.nodes import ONE, ZERO, Expression, Number, call, multiply
 
 _special = partial(entry, ulps=16.0)
@@ -535,7 +535,7 @@ _BESSEL = (
 
 _ROWS = (*_CONSTANTS, *_PARTS, *_EXPONENTIAL, *ANGULAR, *_HYPERBOLIC, *_SPECIAL, *_BESSEL)
 
-TABLE: dict[str, Function] = {row.name: row for row in _ROWS}
+TABLE = Functions((row.name, row) for row in _ROWS)
 """Every function by its name in lower case; functions registered from Python come at the end."""
 
 PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})

@@ -14,10 +14,13 @@ from functools import cache, partial
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
+from rulesheets.functions.intervals import EPSILON
 from rulesheets.syntax.nodes import Expression, Name, call
 
 Branches: TypeAlias = Callable[[Expression], tuple[Expression, ...]]
 Slopes: TypeAlias = Callable[..., Expression | tuple[Expression | None, ...]]
+SLOPE = "D"
+"""Before the place of an argument, the name of a slope by differences: no other has capitals."""
 Facet: TypeAlias = str | Callable[..., Any] | None
 
 
@@ -59,8 +62,8 @@ class Function:
       missing.
 
     ``slopes(*arguments)`` are the partial derivatives as trees (one need not be a tuple), None for
-    one without a formula. At a jump or a kink they are those of one side. ``inverse`` is there for
-    functions of one argument that formulas undo.
+    one without a formula, which differences stand in for. At a jump or a kink they are those of
+    one side. ``inverse`` is there for functions of one argument that formulas undo.
 
     Traits: ``domain`` is the closed hull of where a function of one argument is defined; ``ulps``
     by how many units in the last place ``value`` may be off; ``smooth`` is False for a function
@@ -153,10 +156,23 @@ class Function:
             case form:
                 return partial(form, library)
 
-    def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression | None, ...]:
-        """The partial derivatives by every argument; None for one without a formula."""
+    def partials(self, arguments: tuple[Expression, ...]) -> tuple[Expression, ...]:
+        """The partial derivatives by every argument; without a formula those by differences."""
         found = (None,) * len(arguments) if self.slopes is None else self.slopes(*arguments)
-        return found if isinstance(found, tuple) else (found,)
+        return tuple(
+            call(f"{self.name}{SLOPE}{place}", *arguments) if slope is None else slope
+            for place, slope in enumerate(found if isinstance(found, tuple) else (found,))
+        )
+
+
+class Functions(dict[str, Function]):
+    """Rows by name, and those of slopes by differences, which are no functions of the language."""
+
+    def __missing__(self, name: str) -> Function:
+        of, by, place = name.rpartition(SLOPE)
+        if not by:
+            raise KeyError(name)
+        return by_differences(self[of], int(place))
 
 
 class Forms(Mapping[str, Callable[..., Any]]):
@@ -193,3 +209,60 @@ def by(name: str) -> Branches:
 
 def both_signs(name: str) -> Branches:
     return lambda t: (call(name, t), -call(name, t))
+
+
+# --- slopes by differences ------------------------------------------------------
+
+STEP = 1e-3
+"""The relative step of differences: about the fifth root of the rounding of floats."""
+TOLD = 1e-3
+"""The relative error beyond which a slope by differences is rejected."""
+UNSURE = EPSILON**-0.5
+"""The units in the last place by which a slope that is no formula may be off."""
+
+
+@cache
+def by_differences(row: Function, place: int) -> Function:
+    """The slope of a function by the argument at a ``place``."""
+
+    def value(*arguments: float) -> float:
+        slope, wrong = slope_by_differences(row.value, place, arguments)
+        scale = abs(row.value(*arguments)) / (abs(arguments[place]) or 1.0)
+        if not wrong <= TOLD * max(abs(slope), scale):
+            raise ValueError("finite differences give no slope there")
+        return slope
+
+    name = f"{row.name}{SLOPE}{place}"
+    return Function(name=name, value=value, arguments=row.arguments, ulps=UNSURE, source=row.source)
+
+
+def slope_by_differences(
+    value: Callable[..., float], place: int, arguments: tuple[float, ...]
+) -> tuple[float, float]:
+    """The partial derivative by the argument at ``place``, and a bound of its error.
+
+    Central differences of two steps, extrapolated (L. F. Richardson 1911), one-sided ones at the
+    end of the domain; the error is what the extrapolation changes, and the rounding of ``value``.
+    Raises ValueError or an ArithmeticError where the function is not defined on either side.
+    """
+    x = arguments[place]
+    step = STEP * (abs(x) or 1.0)
+
+    def at(shift: float) -> float:
+        return value(*arguments[:place], x + shift, *arguments[place + 1 :])
+
+    def central(h: float) -> float:
+        return (at(h) - at(-h)) / (2.0 * h)
+
+    def forward(h: float) -> float:
+        return (4.0 * at(h) - at(2.0 * h) - 3.0 * at(0.0)) / (2.0 * h)
+
+    rounding = 16.0 * EPSILON * abs(at(0.0)) / step
+    for difference, h in ((central, step), (forward, step), (forward, -step)):
+        try:
+            coarse, fine = difference(h), difference(0.5 * h)
+        except (ArithmeticError, ValueError):
+            continue
+        better = fine + (fine - coarse) / 3.0
+        return better, abs(fine - coarse) + rounding
+    raise ValueError("the function is not defined beside this point")

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
-from rulesheets.evaluate import NotDifferentiable, differentiate, value
+from rulesheets.evaluate import differentiate, value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, degree
 from solver.kernel.emitter import compile_expressions, divisors
 from solver.kernel.step import window
 from solver.numerics.linear_algebra import Array
-from solver.numerics.tolerances import CLEAR, CUBE_ROOT, SMALL, UNCANCELLED
+from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola, SolveBlock
 from solver.path.graph import ModelGraph, phases, shape_of
 
@@ -113,11 +113,6 @@ class BlockKernel:
             "jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms)
         )
 
-    @property
-    def smooth(self) -> bool:
-        """Whether every equation has its derivatives by formula."""
-        return self.once("smooth", lambda: all(self.partials))
-
     def domain(self, name: str) -> tuple[float, float]:
         """The range to search an unknown in: its declared range, and at most one turn of an
         angle."""
@@ -126,9 +121,9 @@ class BlockKernel:
 
     @property
     def finite(self) -> bool:
-        """Whether boxes can be searched: ranges are finite, and equations smooth by formula."""
+        """Whether boxes can be searched: ranges are finite, and no equation jumps."""
         ends = (end for name in self.unknowns for end in self.domain(name))
-        return not self.jumps and self.smooth and all(map(math.isfinite, ends))
+        return not self.jumps and all(map(math.isfinite, ends))
 
     @cached_property
     def exhaustive(self) -> bool:
@@ -196,8 +191,8 @@ class BlockKernel:
         return found
 
     @cached_property
-    def partials(self) -> list[Expression | None]:
-        """Slopes of every form by every unknown, row by row; None if one has no formula."""
+    def partials(self) -> list[Expression]:
+        """Slopes of every form by every unknown, row by row."""
         return partials_of(self.forms, self.unknowns)
 
     @cached_property
@@ -208,10 +203,7 @@ class BlockKernel:
     @cached_property
     def _flat(self) -> Callable[..., Sequence[float]]:
         names = (*self.unknowns, *self.known)
-        return self.once(
-            "slopes",
-            lambda: compile_expressions([slope or nodes.ZERO for slope in self.partials], names),
-        )
+        return self.once("slopes", lambda: compile_expressions(self.partials, names))
 
     @cached_property
     def alike(self) -> Alike:
@@ -220,14 +212,11 @@ class BlockKernel:
         return shapes(self.graph.model).of(self.equations)
 
     @cached_property
-    def sparse(self) -> SparseSystem | None:
-        """The block as a sparse system; None if a derivative has no formula."""
+    def sparse(self) -> SparseSystem:
+        """The block as a sparse system."""
         from solver.kernel.sparse_system import SparseSystem
 
-        try:
-            return SparseSystem(self.alike, self.unknowns, self.known)
-        except NotDifferentiable:
-            return None
+        return SparseSystem(self.alike, self.unknowns, self.known)
 
     @cached_property
     def arrays(self) -> BlockArrays:
@@ -278,31 +267,17 @@ class BlockKernel:
             flat = self._flat(*x, *known)
             return [flat[i : i + n] for i in range(0, len(flat), n)]
 
-        def differences(x: Sequence[float]) -> list[Sequence[float]]:
-            """Central differences, for the few functions whose derivative has no formula."""
-            columns = []
-            for j in range(n):
-                h = CUBE_ROOT * max(abs(x[j]), SMALL)
-                up, down = (
-                    self._residual(*x[:j], x[j] + step, *x[j + 1 :], *known) for step in (h, -h)
-                )
-                columns.append([(a - b) / (2 * h) for a, b in zip(up, down, strict=True)])
-            return [list(row) for row in zip(*columns, strict=True)]
-
-        return rows if self.smooth else differences
+        return rows
 
 
-def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Expression | None]:
-    """Slopes of every form by every unknown, row by row; None if one has no formula."""
-    found: list[Expression | None] = []
-    for form in forms:
-        read = frozenset(nodes.names(form))
-        for unknown in unknowns:
-            try:
-                found.append(differentiate(form, unknown) if unknown in read else nodes.ZERO)
-            except NotDifferentiable:
-                found.append(None)
-    return found
+def partials_of(forms: Sequence[Expression], unknowns: Sequence[str]) -> list[Expression]:
+    """Slopes of every form by every unknown, row by row."""
+    pairs = [(form, frozenset(nodes.names(form))) for form in forms]
+    return [
+        differentiate(form, unknown) if unknown in read else nodes.ZERO
+        for form, read in pairs
+        for unknown in unknowns
+    ]
 
 
 def kernel_of(graph: ModelGraph, block: SolveBlock) -> BlockKernel:

@@ -389,7 +389,7 @@ class Candidates:
         residuals."""
         problem, x = self.problem, list(point.values())
         try:
-            if len(x) > MANY and problem.sparse is not None:
+            if len(x) > MANY:
                 misses = problem.sparse[0](np.array(x))
             else:
                 misses = np.array(problem.residual(x))

@@ -14,7 +14,7 @@ from fractions import Fraction
 from math import inf
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import differentiate
 from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import CHOOSING, signed_root
 from rulesheets.functions import TABLE
@@ -380,18 +380,15 @@ def directions(expression: Expression) -> Iterator[Call]:
 # --- slopes by the tear ---
 
 
-def slope_chain(chain: Chain) -> Chain | None:
+def slope_chain(chain: Chain) -> Chain:
     """The chain whose residual is the derivative of that of ``chain`` by its tear: the slopes of
-    all assignments follow these (forward accumulation). None if one has no formula."""
+    all assignments follow these (forward accumulation)."""
     moving: dict[str, Expression] = {chain.tears[0]: Number(1.0)}
     slopes: list[Assignment] = []
     for item in chain.assignments:
         used = [name for name in dict.fromkeys(nodes.names(item.expression)) if name in moving]
         if used:
-            try:
-                terms = [differentiate(item.expression, name) * moving[name] for name in used]
-            except NotDifferentiable:
-                return None
+            terms = [differentiate(item.expression, name) * moving[name] for name in used]
             slopes.append(Assignment(f"d {item.name}", add(*terms)))
             moving[item.name] = Name(slopes[-1].name)
     if chain.residuals[0] not in moving:  # it is constant

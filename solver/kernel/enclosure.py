@@ -91,7 +91,7 @@ class Enclosure:
         self._shared = {} if shared is None else shared
 
     @cached_property
-    def _slope(self) -> Chain | None:
+    def _slope(self) -> Chain:
         return slope_chain(self._chain)
 
     @cached_property
@@ -99,17 +99,12 @@ class Enclosure:
         return cleared(self._chain)
 
     @property
-    def smooth(self) -> bool:
-        """Whether the residual has a slope by formula."""
-        return bool(self._once("smooth", lambda: self._slope is not None))
-
-    @property
     def operations(self) -> int:
         """The number of operations on all boxes of one level of a search: range, sections and
         slope."""
 
         def count() -> int:
-            chains = self._chain, self._chain, self._slope or self._chain
+            chains = self._chain, self._chain, self._slope
             return sum(len(chain.assignments) for chain in chains)
 
         return int(self._once("operations", count))
@@ -146,7 +141,7 @@ class Enclosure:
 
     def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is monotone on a box."""
-        if self._of_numerator is None or not self._of_numerator.smooth:
+        if self._of_numerator is None:
             return False
         ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
         return least > 0.0 or most < 0.0
@@ -200,12 +195,11 @@ class Enclosure:
 
     @property
     def _slope_range(self) -> Code:
-        """The same for the slope of the residual, if that is smooth."""
+        """The same for the slope of the residual."""
         code: Code = self._once("slope range", self._slope_range_made)
         return code
 
     def _slope_range_made(self) -> Code:
-        assert self._slope is not None
         of_values = len(self._chain.assignments)
         emitter = _followed(self._slope, self._known, self._ranged, of_values)
         return emitter.function(emitter.of(Name(self._slope.residuals[0])))

@@ -47,7 +47,7 @@ def search_boxes(problem: BlockProblem, candidates: Candidates, thorough: bool) 
     kernel = problem.kernel
     ranges, n = [problem.domain(name) for name in problem.unknowns], len(problem.unknowns)
     residual = _bounds(kernel.forms, problem, (n,))
-    jacobian = _bounds([slope for slope in kernel.partials if slope is not None], problem, (n, n))
+    jacobian = _bounds(kernel.partials, problem, (n, n))
     found = branch_and_prune(residual, jacobian, ranges, *(THOROUGH if thorough else LIMITS))
     for root in found.roots:
         candidates.refine(list(root))
@@ -80,7 +80,7 @@ MAX_BATCH_UNKNOWNS = 60
 def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     """Find roots from the guess and from starts spread over the ranges, without proof."""
     kernel = problem.kernel
-    batches = kernel.smooth and len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
+    batches = len(kernel.unknowns) <= MAX_BATCH_UNKNOWNS
     if problem.guesses or not batches:  # one by one: the guess is worth a longer search
         starts = _guess_and_beside(problem, FEW_STARTS if candidates.answers else STARTS)
         for number, start in enumerate(starts):
@@ -237,7 +237,7 @@ def free_curve(
     """The freedom of a block at a point; None if there is none, or it does not continue. A smooth
     rule that holds along a stretch of its only unknown holds at any value of it, which is seen
     before."""
-    if not 1 < len(problem.unknowns) <= MAX_BATCH_UNKNOWNS or not problem.kernel.smooth:
+    if not 1 < len(problem.unknowns) <= MAX_BATCH_UNKNOWNS:
         return None
     with np.errstate(all="ignore"):
         try:
@@ -331,7 +331,7 @@ MOST_BESIDE = 12
 def with_isolated(problem: BlockProblem, curve: BlockOutcome) -> BlockOutcome:
     """The isolated answers, if a few starts find any, with the curve as a note; else the curve."""
     known = curve.answers[0].values if curve.answers else {}
-    if not known or len(problem.unknowns) > MOST_BESIDE or not problem.kernel.smooth:
+    if not known or len(problem.unknowns) > MOST_BESIDE:
         return curve
     answers = _isolated(problem, ())
     return (
@@ -382,7 +382,7 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     others = tuple(a for a in outcome.answers if not any(a is one for one in gone))
     if others:
         facts = (*outcome.facts, beside(first))
-        if len(problem.unknowns) <= MOST_BESIDE and problem.kernel.smooth:
+        if len(problem.unknowns) <= MOST_BESIDE:
             others = _isolated(problem, others)
         return outcome._replace(
             answers=others, complete=False, whole=False, stretches=(), facts=facts

@@ -135,15 +135,14 @@ class BlockProblem:
         return self.kernel.jacobian(self.known)
 
     @cached_property
-    def sparse(self) -> Sparse | None:
-        """Residual and sparse Jacobian on arrays; None if a derivative has no formula."""
-        system = self.kernel.sparse
-        return None if system is None else system.at(self.known)
+    def sparse(self) -> Sparse:
+        """Residual and sparse Jacobian on arrays."""
+        return self.kernel.sparse.at(self.known)
 
     def matrix(self, x: Sequence[float]) -> Any:
         """The Jacobian at a point (n,): that of a large block as a sparse matrix."""
         n = len(self.unknowns)
-        if n <= MANY or self.sparse is None:
+        if n <= MANY:
             return self.jacobian(list(x))
         return sparse_matrix(*self.sparse[1](np.asarray(x, dtype=float)), (n, n))
 
@@ -282,7 +281,7 @@ class Uncertainty(NamedTuple):
 # a slope is infinite there: nothing speaks for a multiple root
 def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
-    if len(point) > MANY and problem.sparse is not None:
+    if len(point) > MANY:
         return _sparse_uncertainty(problem, problem.sparse, point)
     everything = {**problem.here, **point}
     try:
@@ -337,9 +336,9 @@ def _sparse_uncertainty(
 def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Uncertainty) -> bool:
     """Whether a rule has a divisor that may be 0 within the error bars of a point, however harmless
     its slopes: next to a removable 0/0 they are those of the limit."""
-    system = problem.kernel.sparse if len(point) > MANY else None
-    if system is not None:
-        return system.divides_by_nothing([*point.values()], problem.known, found.errors)
+    if len(point) > MANY:
+        asked = [*point.values()], problem.known, found.errors
+        return problem.kernel.sparse.divides_by_nothing(*asked)
     reach, everything = dict(zip(point, found.errors, strict=True)), {**problem.here, **point}
     for divisor in problem.kernel.divisors:
         try:

@@ -67,7 +67,7 @@ def first_methods(kernel: BlockKernel, thorough: bool = False) -> Iterator[Metho
     most = MAX_PROOF_UNKNOWNS if thorough else MAX_BOX_UNKNOWNS
     if (thorough or len(tears) > 1) and n <= most and kernel.finite:
         yield Method.BOXES
-    if affords_dense(kernel):
+    if n <= DENSE:  # a full matrix of more, also of formulas, fills the memory
         yield Method.STARTS
 
 
@@ -86,11 +86,6 @@ def is_large(kernel: BlockKernel) -> bool:
     if n <= MAX_SEARCHED[0]:
         return n > MAX_BOX_UNKNOWNS and tears > MANY_TEARS and 0 < turning < n
     return n > MAX_SEARCHED[1] or (turning > 0 and (tears > FEW_TEARS or not kernel.exhaustive))
-
-
-def affords_dense(kernel: BlockKernel) -> bool:
-    """Whether its Jacobian may be a full matrix, also of formulas: a large one fills the memory."""
-    return len(kernel.unknowns) <= DENSE or kernel.sparse is None
 
 
 def may_be_polynomial(kernel: BlockKernel) -> bool:
@@ -215,7 +210,7 @@ class _Methods:
 
     def _worth_a_last_resort(self, assumed: bool) -> bool:
         open_ = self.candidates.is_empty and not (self.complete or assumed)
-        return open_ and affords_dense(self.kernel) and self.budget.last_resort()
+        return open_ and len(self.kernel.unknowns) <= DENSE and self.budget.last_resort()
 
     def _refuted(self) -> BlockOutcome | None:
         """Why the rules contradict each other, whatever the unknowns are; None if that is unknown.

@@ -73,8 +73,6 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
     An answer without negative numbers ends the search; one with some is kept, and a positive one is
     searched for. The same holds for an answer in which a rule holds trivially.
     """
-    if problem.sparse is None:
-        return
     free = {
         v.name for v in problem.variables if v.low == -math.inf and problem.turn(v.name) is None
     }
@@ -109,7 +107,6 @@ def _least(problem: BlockProblem, answer: Answer, free: Collection[str]) -> floa
 def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
     """Whether some rule is 0 = 0 there, for any values of its unknowns that are not 0: a population
     that has died out, an infection that nobody has."""
-    assert problem.sparse is not None
     x = np.array([answer.values[name] for name in problem.unknowns])
     slopes, rows, columns = problem.sparse[1](x)
     counts = partial(np.bincount, rows, minlength=len(x))
@@ -121,7 +118,6 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
 def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes
     them."""
-    assert problem.sparse is not None
     (start, sizes, positive, explicit, limit, tangents, lifting), plain = begin, problem.sparse
     if lifting is not None:
         lifted = lifting.start(start)
@@ -150,8 +146,7 @@ def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
 
     def near() -> Iterator[Sequence[float] | None]:
         yield x.tolist()
-        if (system := problem.kernel.sparse) is not None:
-            yield system.with_explicit(x, problem.known).tolist()
+        yield problem.kernel.sparse.with_explicit(x, problem.known).tolist()
         yield sharp_root(problem, x.tolist(), problem.sizes_at(x.tolist()))
 
     points = (problem.named(point) for point in near() if point is not None)
@@ -187,7 +182,7 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
 
     def explicit(x: Array) -> Array:
-        return np.clip(x if system is None else system.with_explicit(x, problem.known), low, high)
+        return np.clip(system.with_explicit(x, problem.known), low, high)
 
     nothing = np.zeros(len(names))
     level = _smooth(problem, nothing)
@@ -195,8 +190,8 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     zero = explicit(nothing)
     if not guesses:
         yield Start(zero, None)
-        tangents = None if system is None else Tangents(system, problem.known)
-        if tangents is not None and tangents.some:
+        tangents = Tangents(system, problem.known)
+        if tangents.some:
             yield Start(nothing, None, explicit=tangents.follow, limit=math.inf, tangents=tangents)
     known = {name: v for name in problem.kernel.known if isinstance(v := problem.here[name], float)}
     turns = np.array([problem.turn(name) or math.nan for name in names])
@@ -227,7 +222,7 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     utilities = _exponents(problem)
     if utilities.any():
         yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
-    lifting = None if system is None or len(names) <= FEW else Lifting(system, problem.known)
+    lifting = None if len(names) <= FEW else Lifting(system, problem.known)
     if lifting is not None and lifting.some:
         for start in (inside, BELOW * inside, ones):
             yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
@@ -251,9 +246,8 @@ def _smooth(problem: BlockProblem, start: Array) -> Array | None:
     """The start (n,) with the smallest possible differences between unknowns that rules subtract
     from one another or from numbers: flat voltages, heads between reservoirs, straight ropes. None
     if rules have no differences."""
-    if (system := problem.kernel.sparse) is None:
-        return None
-    everything, parts, height = np.concatenate([start, problem.known]), list[tuple[Any, ...]](), 0
+    system, parts, height = problem.kernel.sparse, list[tuple[Any, ...]](), 0
+    everything = np.concatenate([start, problem.known])
     for shape in system.shapes:
         given = {f"#.{k}": (np.full(len(v), -1), v) for k, v in enumerate(shape.numbers)}
         given |= {

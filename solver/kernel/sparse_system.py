@@ -31,10 +31,7 @@ from solver.ranking.sizes import Scalings
 
 class SparseSystem:
     """Residual (n,) and Jacobian of n rules as functions of points (n,); ``known`` names in their
-    order.
-
-    Raises NotDifferentiable.
-    """
+    order."""
 
     def __init__(self, rules: Alike, unknowns: Sequence[str], known: Sequence[str]) -> None:
         self.n = len(unknowns)
@@ -241,7 +238,7 @@ class BlockArrays:
         names = (*unknowns, *known)
         self.n = len(unknowns)
         forms = [smooth(e.left, e.right) for e in equations]
-        partials = {  # that are not 0 everywhere, by row and column; raises NotDifferentiable
+        partials = {  # that are not 0 everywhere, by row and column
             (i, j): differentiate(form, unknown)
             for i, form in enumerate(forms)
             for j, unknown in enumerate(unknowns)

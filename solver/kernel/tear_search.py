@@ -168,11 +168,11 @@ class TearSearch:
         expect_time()
         enclosure, known = self.kernel.enclosure(place), self.problem.known
         candidates = self.candidates
-        smooth, function = enclosure.smooth, self.kernel.chain_function(place)
+        function = self.kernel.chain_function(place)
         levels = self.budget.levels(enclosure.operations, SEARCH_LEVELS)
         search = isolate_roots(
             partial(self._ranges, place, self._holes(place)),
-            partial(enclosure.slopes_over, known=known) if smooth else None,
+            partial(enclosure.slopes_over, known=known),
             lambda x: function(x, *known)[-1],
             *self.problem.domain(self.tear),
             IsolationLimits(
@@ -186,12 +186,12 @@ class TearSearch:
         self.budget.used += search.evaluations // BOXES
         search = self._nearest(place, self._without_holes(place, search))
         confined = search.complete or (search.unresolved and not self.kernel.repeating)
-        self.lost |= not confined or not (smooth or not search.roots)
+        self.lost |= not confined
         self.stretches += [Undecided(self.kernel, place, *ends) for ends in search.unresolved]
         for x in search.crossings:
             self._candidate(place, x)
         along = [self._along(place, x) for x in search.roots if x not in search.crossings]
-        self.doubts = self.doubts or not smooth or None in along  # floats have no value there
+        self.doubts = self.doubts or None in along  # floats have no value there
         proven = [root for root in along if root is not None]
         for root in proven:
             candidates.proven(root)
@@ -208,7 +208,7 @@ class TearSearch:
             if point is not None and not self._is_absorbed(place, x):
                 candidates.suspect(point)
         self.flat += [(place, *interval) for interval in search.flat]
-        return search.complete and (smooth or not search.roots)
+        return search.complete
 
     def _nearest(self, place: int, search: RootSearch) -> RootSearch:
         """The search with the roots of the first periods, if there are more in further ones."""

@@ -11,9 +11,6 @@ from fractions import Fraction
 EPS = sys.float_info.epsilon
 """ε, the distance from 1 to the next float, 2⁻⁵²."""
 
-CUBE_ROOT = 6e-6
-"""That of ε: the relative step of central differences, which rounding and curvature harm alike."""
-
 UNIT_ROUNDOFF = EPS / 2
 """How far rounding to the nearest float may move a number."""
 

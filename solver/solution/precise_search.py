@@ -498,11 +498,8 @@ def _are_counted(
     """
     numbers = {name: v for name, v in floats.items() if isinstance(v, float)}
     for stretch in stretches:
-        if (slope := slope_chain(stretch.kernel.chains[stretch.place])) is None:
-            return False
+        slope = slope_chain(stretch.kernel.chains[stretch.place])
         enclosure = Enclosure(slope, tuple(numbers))
-        if not enclosure.smooth:
-            return False
         ((low, high),) = enclosure.slopes_over(
             [(stretch.low, stretch.high)], list(numbers.values())
         )

@@ -21,7 +21,7 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import NotDifferentiable, Undefined, differentiate, holds
+from rulesheets.evaluate import Undefined, differentiate, holds
 from rulesheets.evaluate.balls import (
     Ball,
     around,
@@ -110,10 +110,7 @@ class _Proving:
         if not all(name in self.values for name in unknowns):
             raise _Obstacle(f"{', '.join(unknowns)} is not determined")
         forms = [equation.form for equation in equations]
-        try:
-            partials = [differentiate(form, name) for form in forms for name in unknowns]
-        except NotDifferentiable as missing:
-            raise _Obstacle(str(missing)) from None
+        partials = [differentiate(form, name) for form in forms for name in unknowns]
         precise = self.leaf.branch.precise
         middle = [ball(precise.get(name, self.values[name])) for name in unknowns]
         square = Square(forms, partials, tuple(unknowns))

@@ -259,11 +259,10 @@ def _proofs(
             known = *kernel.known, *case.known
             names = list(compress(known, fixed)), list(compress(known, wide))
             chains = [Enclosure(case.of(chain), *names) for chain in torn.chains]
-            if all(chain.smooth for chain in chains):
-                numbers = list(compress(sample, fixed))
-                shares = [m / abs(v) if v else 0.0 for v, m in zip(sample, margins, strict=True)]
-                added = list(compress(zip(margins, shares, strict=True), wide))
-                yield partial(_keeps_roots, torn, chains, numbers, added, wide)
+            numbers = list(compress(sample, fixed))
+            shares = [m / abs(v) if v else 0.0 for v, m in zip(sample, margins, strict=True)]
+            added = list(compress(zip(margins, shares, strict=True), wide))
+            yield partial(_keeps_roots, torn, chains, numbers, added, wide)
 
 
 def _keeps_roots(

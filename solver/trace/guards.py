@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from rulesheets.evaluate import NotDifferentiable, differentiate
+from rulesheets.evaluate import differentiate
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Not, Or, subtract
@@ -261,10 +261,7 @@ class Guards:
         return slope, self.flow.add("abs", self.flow.add("mul", slope, state.values[name]))
 
     def _slope(self, state: State, form: Expression, name: str) -> int:
-        try:
-            return self._expression(state, differentiate(form, name))
-        except NotDifferentiable:
-            raise NotCompilable from None
+        return self._expression(state, differentiate(form, name))
 
     def _clear_of_edges(self, state: State, equation: Equation) -> Iterator[int]:
         """Whether no function jumps close to the computed values: slopes are useless there."""

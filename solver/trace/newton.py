@@ -25,7 +25,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate import NotDifferentiable, Undefined, derivatives, differentiate
+from rulesheets.evaluate import Undefined, derivatives, differentiate
 from rulesheets.syntax.nodes import Expression, Quotient, names, walk
 from solver.kernel.block import BlockKernel, partials_of
 from solver.kernel.chain import jumps
@@ -164,7 +164,7 @@ class BlockNewton:
         sample: Sequence[float],
         varying: Sequence[bool] = (),
     ) -> None:
-        if len(start) > MAX_UNKNOWNS or not kernel.smooth or any(map(jumps, kernel.forms)):
+        if len(start) > MAX_UNKNOWNS or any(map(jumps, kernel.forms)):
             raise NotCompilable
         self.kernel, self.start = kernel, tuple(start)
         given = list(zip(kernel.known, sample, varying or (True,) * len(sample), strict=True))
@@ -183,7 +183,7 @@ class BlockNewton:
             self._predict()
             self.bends = self._bends()
             self._predict()
-        except (ArithmeticError, ValueError, NotDifferentiable):
+        except (ArithmeticError, ValueError):
             raise NotCompilable from None
 
     def _settled(self) -> tuple[float, ...]:
@@ -202,7 +202,7 @@ class BlockNewton:
         return found
 
     def _led_to(
-        self, forms: Sequence[Expression], partials: Sequence[Expression | None]
+        self, forms: Sequence[Expression], partials: Sequence[Expression]
     ) -> tuple[tuple[float, ...] | None, bool]:
         """The root that forms of the rules lead to at the sample, and whether it is that of the
         record."""
@@ -299,7 +299,6 @@ class BlockNewton:
         count = len(self.kernel.unknowns)
         entries: Entries = {}
         for place, slope in enumerate(self.partials):
-            assert slope is not None
             node = flow.expression(slope, places)
             if flow.value_of(node) != 0.0:
                 entries[divmod(place, count)] = node

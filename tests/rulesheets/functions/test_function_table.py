@@ -60,11 +60,11 @@ def test_derivatives(name: str, arguments: tuple[float, ...]) -> None:
     trees = TABLE[name].partials(tuple(map(Number, arguments)))
     assert len(trees) == len(arguments)
     for place, tree in enumerate(trees):
-        if tree is None:
-            assert name == "digamma" or (name in ("jn", "yn") and place == 0)
+        if name in ("jn", "yn") and place == 0:
             continue
         exact = central_difference(name, arguments, place)
-        assert value(tree, {}) == pytest.approx(float(exact), rel=1e-13, abs=1e-13)
+        rounding = 1e-13 if TABLE[name].slopes else 1e-8
+        assert value(tree, {}) == pytest.approx(float(exact), rel=rounding, abs=rounding)
 
 
 def central_difference(name: str, arguments: tuple[float, ...], place: int) -> mpmath.mpf:

@@ -16,8 +16,8 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.format import format_sheet
 from rulesheets.functions import TABLE
+from rulesheets.functions.row import slope_by_differences
 from rulesheets.parse.sections import parse
-from rulesheets.registered import slope_by_differences
 from rulesheets.syntax import Source
 
 ANTOINE = """
