@@ -253,6 +253,10 @@ class Dimensions:
         if function == "sqrt":
             return self.form(arguments[0], index).times(Fraction(1, 2))
         row = TABLE[function]
+        if row.source is not None:  # a function in Python has units of its own, here unknown
+            for argument in arguments:
+                self.form(argument, index)
+            return Powers(open={f"{function} {id(node)}": 1})
         shared = self._alike(arguments, index) if row.alike else Powers()
         for argument in () if row.alike else arguments:
             self._number(argument, index, node)

@@ -136,6 +136,9 @@ def test_latex_lists_every_equation():
         ("position#2.yB", r"\text{position\#2.}y_{B}"),
         ("piston", r"\mathrm{piston}"),
         ("etas", r"\mathrm{etas}"),
+        ("vx", "v_{x}"),
+        ("Fy2", "F_{y2}"),
+        ("dx", r"\mathrm{dx}"),
         ("Delta", r"\Delta"),
     ],
 )

@@ -243,3 +243,13 @@ def test_a_function_that_breaks_says_where() -> None:
 def test_names_that_are_refused(name: str) -> None:
     with pytest.raises(ValueError, match="function"):
         rulesheets.function(name, abs)
+
+
+def test_its_units_are_its_own() -> None:
+    """A sum with its result still has one unit."""
+    rulesheets.function("psat", psat)
+    text = "variables\n  T = 80 [degC]\n  p [kPa]\n  q [Pa]\nrules\n  p = psat(T)\n"
+    assert rulesheets.loads(text).unit_warnings == ()
+    assert rulesheets.loads(f"{text}  q = 2*psat(T)\n").unit_warnings == ()
+    (warning,) = rulesheets.loads(f"{text}  q = psat(T) + p\n").unit_warnings
+    assert "a factor of 1000 is missing" in warning.message
