@@ -22,7 +22,7 @@ from rulesheets.diagnosis import (
 )
 from rulesheets.evaluate import Undefined, value
 from rulesheets.library import Library
-from rulesheets.model import Model, Tolerance, Value, Variable, expect_model, once
+from rulesheets.model import Model, Tolerance, Value, Variable, expect, once
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of, walk
 from rulesheets.units import (
@@ -342,7 +342,7 @@ def override(
     finite or lies outside the range of its variable; TypeError for an argument that is not a model
     or a mapping.
     """
-    expect_model(model)
+    expect(Model, model)
     for mapping, word in ((inputs, "inputs"), (guesses, "guesses")):
         if mapping is not None and not isinstance(mapping, Mapping):
             kind = type(mapping).__name__

@@ -223,8 +223,8 @@ def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
     return found
 
 
-def expect_model(model: object) -> None:
-    """Raises TypeError for an argument that is not a model, with the call that loads one."""
-    if not isinstance(model, Model):
-        needed, kind = "a Model is needed, which rulesheets.load gives", type(model).__name__
-        raise TypeError(f"{needed}, and this is of the type {kind}")
+def expect(kind: type, given: object, source: str = "rulesheets.load") -> None:
+    """Raises TypeError for an argument of another type, with the call that gives one."""
+    if not isinstance(given, kind):
+        needed, found = f"a {kind.__name__} is needed, which {source} gives", type(given).__name__
+        raise TypeError(f"{needed}, and this is of the type {found}")

@@ -13,7 +13,7 @@ import numpy as np
 
 from rulesheets.diagnosis import error, refusal, refuse, render, suggestion
 from rulesheets.inputs import override, readable
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, expect
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
@@ -53,9 +53,10 @@ def draw(
     Raises RuleSheetError if the sheet has no figure (E430) or not that one (E431), or matplotlib is
     not installed (E432), and Unsolved if there is no answer or no figure can be drawn.
     """
-    titled = {"": results} if isinstance(results, Result) else dict(results)
+    titled = dict(results) if isinstance(results, Mapping) else {"": results}
     names, shown = None if figures is None else tuple(figures), list[View]()
     for title, result in titled.items():
+        expect(Result, result, "solver.solve")
         shown += _views(result, chosen(result.model, names), title, every)
     require_matplotlib()
     from solver.pictures.page import compose

@@ -327,7 +327,7 @@ class Band(NamedTuple):
 
 
 @dataclass(frozen=True)
-class ToleranceBands(Mapping[str, "Band | None"]):
+class ToleranceBands(Mapping[str, "Band | None"], Shown):
     """The band of every output; None if a derivative is missing (``diagnoses`` say why).
 
     ``tolerances`` are those of the inputs, in their own units.

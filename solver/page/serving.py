@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from rulesheets.files import find_sheet, shipped_models
 from rulesheets.inputs import override
-from rulesheets.model import Model, Value, expect_model
+from rulesheets.model import Model, Value, expect
 from solver.commands import REPEATED, Command, add_input_options, read_request, seconds
 from solver.commands.over import read_axes
 from solver.files import require_extra, write_file
@@ -36,7 +36,7 @@ def interact(
     RuleSheetError: E441 without the extra ``notebook``, and for names and values that :func:`solve`
     refuses.
     """
-    expect_model(model)
+    expect(Model, model)
     require_extra("notebook", "the widget needs", "anywidget")
     from solver.page.widget import Cell
 

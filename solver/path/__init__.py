@@ -14,9 +14,14 @@ from rulesheets.syntax.nodes import Expression, Name, Number, call, is_number, s
 
 
 class Shown:
-    """Displayed in a notebook as HTML and LaTeX by the report, a higher room imported by name."""
+    """Displayed by the report, a higher room imported by name: by ``print`` as the command shows
+    it, in a notebook as HTML and LaTeX."""
 
     __slots__ = ()
+
+    def __str__(self) -> str:
+        report: Any = import_module("solver.report.html")
+        return str(report.text(self))
 
     def _repr_html_(self) -> str:
         report: Any = import_module("solver.report.html")

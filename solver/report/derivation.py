@@ -13,7 +13,7 @@ from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
 from rulesheets.format import format_condition
 from rulesheets.inputs import readable, variable_named
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Value, expect
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
@@ -153,6 +153,7 @@ def why(result: Result, name: str) -> Derivation:
     It contains only what that value needs, including the conditions that selected its rules. Raises
     RuleSheetError for a name that the model does not have.
     """
+    expect(Result, result, "solver.solve")
     variable_named(name, result.model)
     if result[name] is None:
         about = tuple(diagnosis for diagnosis in result.diagnoses if name in diagnosis.variables)

@@ -16,9 +16,23 @@ from solver.facts import Status
 from solver.files.tables import Samples, Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
-from solver.report.derivation import ESCAPED, Derivation, Line, Page, aligned, why_latex
+from solver.report.derivation import (
+    ESCAPED,
+    Derivation,
+    Line,
+    Page,
+    aligned,
+    why_latex,
+    why_text,
+)
 from solver.report.path import Plain, steps_to_show
-from solver.report.sheet import diagnosis_json, sheet_heads, sheet_rows, with_warnings
+from solver.report.sheet import (
+    diagnosis_json,
+    result_text,
+    sheet_heads,
+    sheet_rows,
+    with_warnings,
+)
 from solver.solution.solving import Result
 
 NONE = "none"
@@ -121,6 +135,14 @@ def _tolerances_text(bands: ToleranceBands) -> list[str]:
         return ["Tolerances: no input has one; write it as in --set AO='3 ± 0.01'"]
     if not len(bands):
         return ["Tolerances: there is no output with a number"]
+    text = f"Tolerances, to first order\n{table(BAND, _band_rows(bands))}"
+    return [text, *SCREEN.get().said(bands.diagnoses)]
+
+
+BAND = "Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions"
+
+
+def _band_rows(bands: ToleranceBands) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name in bands:
         band, unit = _displayed(bands, name), bands.sensitivities.model.variables[name].shown_unit
@@ -134,9 +156,7 @@ def _tolerances_text(bands: ToleranceBands) -> list[str]:
             shares.append(f"others {100 * rest:.3g} %")
         sizes = (f"± {size:.{DIGITS}g}" for size in (band.worst, band.rss))
         rows.append((name, readable(band.value), *sizes, unit, ", ".join(shares)))
-    heads = ("Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions")
-    text = f"Tolerances, to first order\n{table(heads, rows)}"
-    return [text, *SCREEN.get().said(bands.diagnoses)]
+    return rows
 
 
 def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
@@ -181,6 +201,22 @@ def html(shown: Any) -> str:
     rows = tuple(grid.rows)
     table = html_table(grid.heads, rows, grid.numeric) if rows or not grid.before else ""
     return f"<div>{grid.before}{table}{grid.after}</div>"
+
+
+def text(shown: Any) -> str:
+    """What ``print`` shows of them: the same as the command."""
+    match shown:
+        case Result():
+            return result_text(with_warnings(shown))
+        case Derivation():
+            return why_text(shown)
+        case Sensitivities():
+            return Derived(shown, None, None).text()
+        case ToleranceBands():
+            return Derived(None, shown, None).text()
+    grid = grid_of(shown)
+    rest = len(shown.status) - ROWS if isinstance(shown, Table) else 0
+    return table(grid.heads, tuple(grid.rows)) + (f"\n… {rest:,} more rows" if rest > 0 else "")
 
 
 def latex(shown: Any) -> str:
@@ -265,3 +301,8 @@ def _sensitivities_grid(found: Sensitivities) -> Grid:
     """Outputs down, inputs across, in the units that are shown."""
     heads, *rows = cells(found, found.inputs)
     return Grid(heads, rows, range(1, len(heads)), after=_notes(found.diagnoses))
+
+
+@grid_of.register
+def _bands_grid(bands: ToleranceBands) -> Grid:
+    return Grid(BAND, _band_rows(bands), {1, 2, 3}, after=_notes(bands.diagnoses))

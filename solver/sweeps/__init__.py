@@ -23,7 +23,7 @@ from rulesheets.inputs import (
     symbol_name,
     variables_named,
 )
-from rulesheets.model import Model, Value, expect_model
+from rulesheets.model import Model, Value, expect
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked, different
@@ -385,7 +385,7 @@ def prepare(
     Unsolved with the status ``failed``. Raises RuleSheetError for names that the model does not
     have, ValueError for an input that is named twice.
     """
-    expect_model(model)
+    expect(Model, model)
     names = variables_named(inputs, model)
     if twice := [name for name in names if names.count(name) > 1]:
         raise ValueError(f"{twice[0]} stands twice among the inputs")

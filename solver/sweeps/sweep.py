@@ -19,7 +19,7 @@ import numpy as np
 from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, error
 from rulesheets.inputs import variable_named, variables_named, with_unit
-from rulesheets.model import Model, Tolerance, Value, expect_model
+from rulesheets.model import Model, Tolerance, Value, expect
 from rulesheets.units import displays, scaling
 from solver.derivatives import tolerances_of
 from solver.facts import Status
@@ -81,7 +81,7 @@ def sweep(
     Raises RuleSheetError for unknown names, ValueError for arrays that are not columns of one
     length and for a wrong number of ``jobs``.
     """
-    expect_model(model)
+    expect(Model, model)
     if not isinstance(inputs, Mapping):
         names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
         if names is None:
@@ -170,6 +170,7 @@ def monte_carlo(
     units of the inputs. Raises ValueError for an unknown distribution, for less than two samples,
     and without an answer to start from; RuleSheetError for unknown names.
     """
+    expect(Result, result, "solver.solve")
     if distribution not in SPREADS:
         raise ValueError(f"the distributions are {', '.join(SPREADS)}, not {distribution}")
     if samples < 2:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from html.parser import HTMLParser
 
 import numpy as np
 import pytest
 
+import rulesheets
 import solver
+from solver.report.sheet import result_text
 
 MODEL = solver.loads(
     'variables\n f = 50 [mm] " <b>focal</b>\n u = 200 [mm]\n v [mm -> cm]\nrules\n 1/f = 1/u + 1/v'
@@ -77,3 +80,26 @@ def test_a_slip_in_a_name_says_what_may_be_meant(there: object) -> None:
         solver.solve(model)["etaa"]
     with pytest.raises(KeyError, match="there is no variable w"):
         there["w"]  # type: ignore[index]
+
+
+def test_print_shows_what_the_command_shows() -> None:
+    model = rulesheets.loads("variables\n  a = 3\n  b\nrules\n  b = 2*a")
+    result = solver.solve(model)
+    assert str(result) == result_text(result)
+    assert repr(result) == "<Result solved, 1 answer: b = 6>"
+    assert str(solver.why(result, "b")).startswith("b = 6, from 1 input by 1 of 1 rule")
+    assert str(result.path).splitlines()[2].split() == ["1", "b", "1"]
+    assert str(result.sensitivity()).splitlines()[-1].split() == ["b", "2"]
+    bands = result.tolerance_bands({"a": 0.1})
+    assert "± 0.2" in str(bands) and "± 0.2" in bands._repr_html_()
+    table = str(solver.sweep(model, {"a": range(100)})).splitlines()
+    assert table[2].split() == ["0", "0", "1", "solved"]
+    assert table[-1] == "… 40 more rows"
+
+
+@pytest.mark.parametrize(
+    "call", [lambda one: solver.why(one, "b"), solver.monte_carlo, solver.draw]
+)
+def test_a_model_is_no_result(call: Callable[[object], object]) -> None:
+    with pytest.raises(TypeError, match=r"which solver\.solve gives"):
+        call(rulesheets.loads("b = 2*a"))
