@@ -300,7 +300,7 @@ class _RootBoxes:
             return
         interval = (cluster.low, cluster.high)
         self.unresolved.append(interval)
-        zeros = [x for x in _spread(*interval) if cluster.rough and value_at(self.value, x) == 0.0]
+        zeros = [x for x in _spread(*interval) if value_at(self.value, x) == 0.0]
         if len(zeros) > 1:  # a step ends in it
             interval = zeros[0], zeros[-1]
         if self._is_flat(*interval):

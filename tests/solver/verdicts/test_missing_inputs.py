@@ -114,3 +114,10 @@ def test_a_value_of_a_plateau_up_to_rounding_leaves_its_unknown_free(last_places
     result = solver.solve(rulesheets.loads(text), {"taxable": taxable})
     assert result.undetermined == ("cap",)
     assert "cap can take any value above 5200" in result.diagnoses[0].message
+
+
+def test_a_stretch_up_to_a_jump_is_no_double_root() -> None:
+    """The hours of a car park, charged by every hour that has begun."""
+    text = "started = int(hours) + step(hours - int(hours), 1e-9)"
+    result = solver.solve(rulesheets.loads(text), {"started": 4})
+    assert "hours can take any value between 3 and 4" in result.diagnoses[0].message
