@@ -267,11 +267,9 @@ def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str,
 
 def _constant(found: Mismatch, statement: Statement) -> list[str]:
     """The unit of a constant of the rule that would resolve the mismatch."""
-    if found.right is None:
-        return []
     one, other = (Powers(form.dimension) for form in found.forms)
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
-        for leaf, power in _factors_of(side):
+        for leaf, power in _factors_of(side) if side else ():
             if isinstance(leaf, Number) and not leaf.unit and leaf.value in _constants(statement):
                 shown = _shown(leaf, statement.place)
                 unit = unit_text(missing.times(1 / power).known)
