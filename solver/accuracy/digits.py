@@ -225,7 +225,7 @@ class _Reduction:
         if abs(height) <= self.tiny * abs(curvature) + self._fuzz():
             return [], self.x
         if height / curvature > 0:
-            return None if self._is_root() else ([], None)
+            return ([], None) if self._explained(()) else None
         reach = self.mp.sqrt(-2 * height / curvature)
         if reach > FOLD:
             return None
@@ -236,15 +236,20 @@ class _Reduction:
             if (root := self.system.newton(self.x)) is None:
                 return None
             found.append(root)
+        if not self._explained(found):
+            return None
         pairs = zip(*found, self.sizes, strict=True)
         return (
             (found, None) if any(abs(a - b) > self.tiny * 1000 * s for a, b, s in pairs) else None
         )
 
-    def _is_root(self) -> bool:
-        """Whether a regular root is at the start: then the fold is another one, farther away."""
+    def _explained(self, found: Sequence[Sequence[Any]]) -> bool:
+        """Whether a regular root at the start, if there is one, is among those of this fold: else
+        it is another fold, farther away."""
         root = self.system.newton(self.start)
-        return root is not None and are_alike(root, self.start, CLOSE)
+        if root is None or not are_alike(root, self.start, CLOSE):
+            return True
+        return any(are_alike(root, one, CLOSE) for one in found)
 
     def at(self, t: Any) -> tuple[Any, Any]:
         """μ and its slope at t; leaves the point on the curve in ``x``. Raises Singular."""

@@ -110,3 +110,20 @@ def test_a_power_that_does_not_turn_back_has_one_answer_at_0(n: float) -> None:
 def test_an_even_power_has_a_double_root_at_0(n: float) -> None:
     model = rulesheets.loads("E = 100*C^n/(2^n + C^n)")
     assert solver.solve(model, {"E": 0.0, "n": n}).status is solver.Status.SINGULAR
+
+
+@pytest.mark.parametrize(
+    ("constants", "share", "acids"),
+    [
+        ((7.5e-3, 6.2e-8, 4.8e-13), 0.79994541894, (2.4794867975e-7, 1.87539171724e-3)),
+        ((8.6e-4, 5.08e-13, 5.01e-13), 0.04236617948730212, (1.17941477e-13, 0.0194392106)),
+    ],
+)
+def test_a_fold_between_other_roots_hides_none(
+    constants: tuple[float, ...], share: float, acids: tuple[float, ...]
+) -> None:
+    """The acid in which an ion of a triprotic acid has this share; roots by mpmath.polyroots."""
+    rules = "H = 10^(-pH)\nden = H^3 + K1*H^2 + K1*K2*H + K1*K2*K3\na = K1*H^2/den"
+    given = dict(zip(("K1", "K2", "K3"), constants, strict=True))
+    found = solver.solve(rulesheets.loads(rules), {**given, "a": share})
+    assert sorted(answer["H"] for answer in found.solutions) == pytest.approx(acids, rel=1e-8)
