@@ -6,17 +6,19 @@ import csv
 import os
 import sys
 from argparse import ArgumentParser, Namespace
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from itertools import chain
 from math import inf
 from time import monotonic
 from typing import TextIO
 
+import numpy as np
+
 from rulesheets.deadline import WATCH, expired, setting
 from rulesheets.diagnosis import RuleSheetError, plural, refusal
 from rulesheets.inputs import readable, symbolic
-from rulesheets.model import Variable
+from rulesheets.model import Value, Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
 from solver.commands import (
@@ -29,6 +31,7 @@ from solver.commands import (
     read_request,
 )
 from solver.commands.over import Swept, read_axes, read_swept
+from solver.facts import Unsolved
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner
@@ -210,7 +213,8 @@ def _run(arguments: Namespace) -> int:
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     try:
         with setting(WATCH, progress.within):
-            tables = chain(before, followed(work, pieces))
+            unsolved = dict[str, Value]()
+            tables = _noting(chain(before, followed(work, pieces)), work.inputs, unsolved)
             outcome = streamed(tables, sinks, progress, work.model, work.every)
     finally:
         progress.end()
@@ -218,12 +222,43 @@ def _run(arguments: Namespace) -> int:
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
     if not outcome.interrupted:
+        if unsolved and not expired():
+            print(_reason(work, unsolved), end="", file=sys.stderr)
         return 0 if outcome.all_solved else 1
     of = "" if swept.total is None else f" of {swept.total:,}"
     path = arguments.output or arguments.plot
     place = f"; {escaped(path)} is whole, with these rows" if path else ""
     print(f"interrupted after {outcome.rows:,}{of} rows{place}", file=sys.stderr)
     return INTERRUPTED
+
+
+def _noting(
+    tables: Iterable[Table], inputs: Sequence[str], unsolved: dict[str, Value]
+) -> Iterator[Table]:
+    """The tables as they come, with the inputs of the first row that is not solved noted."""
+    for piece in tables:
+        if not unsolved and not piece.solved.all():
+            row = int(np.argmin(piece.solved))
+            unsolved |= {name: piece[name][row] for name in inputs}
+        yield piece
+
+
+def _reason(work: Work, row: Mapping[str, Value]) -> str:
+    """Why a row is not solved, on a line: the message of its solve, and how that is cured."""
+    given = {name: work.given.get(name) for name in work.model.variables}
+    plan = prepare(work.model, work.inputs, work.want, given, work.guesses)
+    try:
+        plan(*row.values())
+    except Unsolved as wrong:
+        found = wrong.diagnoses[0]
+        known = {name: value for name, value in row.items() if value == value}
+        where = ", ".join(f"{n} = {_shown(v, work.model.variables[n])}" for n, v in known.items())
+        return f"{where}: {'; '.join((found.message, *found.notes[:1]))}\n"
+    return ""
+
+
+def _shown(value: Value, variable: Variable) -> str:
+    return readable(value if isinstance(value, str) else shown(value, variable))
 
 
 def _prepared(

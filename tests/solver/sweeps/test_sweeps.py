@@ -161,7 +161,8 @@ def test_rows_of_a_file(run: Run, sheet: str, tmp_path: Path, separator: str) ->
     ]
     assert float(found[0][1]) == 3  # and not -3, which is negative
     several = "1 of 4 rows has several answers; the first of each is shown"
-    assert err == f"4 rows: 2 solved, 1 partial, 1 infeasible\n{several}\n"
+    reason = "kind = 'right, c = 5: the inputs do not determine a; give b"
+    assert err == f"4 rows: 2 solved, 1 partial, 1 infeasible\n{several}\n{reason}\n"
 
 
 def test_some_columns_of_a_file(run: Run, sheet: str, tmp_path: Path) -> None:
