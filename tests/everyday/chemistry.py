@@ -291,3 +291,23 @@ def phosphoric(Ka1, Ka2, Ka3, Kw, Ct, Na):
     H = 10**-pH
     a1, a2, a3 = shares(H)
     return {"pH": pH, "H": H, "OH": Kw / H, "den": Ka1 * H**2 / a1, "a1": a1, "a2": a2, "a3": a3}
+
+
+@sheet(OWN, "pH > pCO2, HCO3 > KH, H > K1, OH > pCO2")
+def rain(pCO2, KH, K1, K2, Kw):
+    acid = KH * pCO2
+
+    def charge(pH):
+        H = 10**-pH
+        return H - (K1 * acid + Kw) / H - 2 * K1 * K2 * acid / H**2
+
+    H = 10 ** -brentq(charge, 3, 9, xtol=1e-14)
+    HCO3 = K1 * acid / H
+    return {
+        "pH": -log10(H),
+        "H": H,
+        "OH": Kw / H,
+        "H2CO3": acid,
+        "HCO3": HCO3,
+        "CO3": K2 * HCO3 / H,
+    }

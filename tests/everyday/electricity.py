@@ -448,3 +448,12 @@ def mosfet(VGS, VDS, Vt, kn, lam):
     V = min(VDS, Vov)
     ID = kn * (Vov * V - V**2 / 2) * (1 + lam * VDS)
     return {"Vov": Vov, "ID": ID, "P": ID * VDS}
+
+
+@sheet(OWN, "I > V, I > Rs, Voc > I0, P > Iph, Voc > Ns")
+def module_diode(Iph, I0, n, Ns, Rs, Rsh, Vt, V):
+    def excess(u):
+        return Iph - I0 * (exp(u / (n * Ns * Vt)) - 1) - u / Rsh
+
+    I = root(lambda i: excess(V + i * Rs) - i, 0, Iph)  # noqa: E741
+    return {"I": I, "P": V * I, "Voc": root(excess, 0, 60)}

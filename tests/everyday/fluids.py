@@ -376,3 +376,17 @@ def settling_regimes(d, rhop, rho, mu):
     newton = 1.74 * sqrt(9.81 * d * (rhop - rho) / rho)
     v = stokes if K < 3.3 else between if K < 43.6 else newton
     return {"K": K, "v": v, "Re": rho * v * d / mu}
+
+
+@sheet(OWN, "Q > Hstat, Hp > D, P_shaft > eta, Q > f, V > Lp")
+def pump_system(H0, a_p, Hstat, Lp, D, f, Ksum, eta):
+    def speed(Q):
+        return Q / 1000 / (pi / 4 * (D / 1000) ** 2)
+
+    def surplus(Q):
+        loss = (f * Lp * 1000 / D + Ksum) * speed(Q) ** 2 / (2 * 9.81)
+        return H0 - a_p * Q**2 - Hstat - loss
+
+    Q = root(surplus, 1, 60)
+    Hp = H0 - a_p * Q**2
+    return {"Q": Q, "Hp": Hp, "V": speed(Q), "P_shaft": 9.81 * Q / 1000 * Hp / (eta / 100)}

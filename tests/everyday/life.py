@@ -75,3 +75,22 @@ def effect(dose, V, Emax, EC50, n):
 @sheet(OWN, "v > S", {"v > S": ({"S": (14 + sqrt(14**2 - 4 * 41)) / 2},)})
 def substrate_inhibition(S):
     return {"v": 10 * S / (2 + S + max(S - 5, 0) ** 2 / 8)}
+
+
+@sheet(OWN, "N > t, N > b, tinf > N0, dN N > b K")
+def gompertz(N0, K, b, t):
+    N = K * exp(log(N0 / K) * exp(-b * t))
+    return {"N": N, "dN": b * N * log(K / N), "tinf": log(log(K / N0)) / b}
+
+
+@sheet(OWN, "net > gross, tax > gross, taxable > allowance, ss > rate")
+def salary(gross, rate, cap, allowance):
+    ss = rate * min(gross, cap)
+    taxable = max(0, gross - allowance - ss)
+    slices = ((0, 0.1), (1000, 0.22), (4000, 0.35))
+    ends = (1000, 4000, float("inf"))
+    tax = sum(
+        share * max(0, min(taxable, end) - start)
+        for (start, share), end in zip(slices, ends, strict=True)
+    )
+    return {"ss": ss, "taxable": taxable, "tax": tax, "net": gross - ss - tax}

@@ -240,3 +240,9 @@ def sun_height(lat, day, H):
         "noon": 90 - lat + decl,
         "daylen": 2 / 15 * degrees(acos(-tand(lat) * tand(decl))),
     }
+
+
+@sheet(OWN, "TWS > AWS, TWA > BS, VMG > BS, TWS TWA > AWS AWA")
+def sailing(AWS, AWA, BS):
+    x, y = AWS * cos(radians(AWA)) - BS, AWS * sin(radians(AWA))
+    return {"TWS": hypot(x, y), "TWA": degrees(atan2(y, x)), "VMG": BS * x / hypot(x, y)}

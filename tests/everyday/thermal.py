@@ -6,7 +6,7 @@ Incropera: Fundamentals of Heat and Mass Transfer, 6th ed.
 
 from __future__ import annotations
 
-from math import cosh, exp, log, log10, pi, sqrt, tanh
+from math import cos, cosh, exp, log, log10, pi, sin, sqrt, tanh
 
 from scipy.optimize import brentq
 
@@ -368,3 +368,31 @@ def tube_regimes(m, D, mu, Pr, k):
     share = min(max((Re - 2300) / 7700, 0), 1)
     Nu = 3.66 + share * (turbulent - 3.66)
     return {"Re": Re, "Nu": Nu, "h": Nu * k / D}
+
+
+@sheet(OWN, "Twb > RH, W > RH, h > RH, Twb > P")
+def wet_bulb(P, Tdb, RH):
+    def saturated(T):
+        return 0.61078 * exp(17.27 * T / (T + 237.3))
+
+    def humid(pressure):
+        return 0.622 * pressure / (P - pressure)
+
+    def miss(T):
+        rise = (2501 - 2.326 * T) * humid(saturated(T)) - 1.006 * (Tdb - T)
+        return rise / (2501 + 1.86 * Tdb - 4.186 * T) - W
+
+    Pw = RH * saturated(Tdb)
+    W = humid(Pw)
+    Twb = brentq(miss, 0, Tdb, xtol=1e-13)
+    h = 1.006 * Tdb + W * (2501 + 1.86 * Tdb)
+    return {"Pw": Pw, "W": W, "h": h, "Twb": Twb, "Wwb": humid(saturated(Twb))}
+
+
+@sheet(OWN, "t > Tdone, t > alpha, zeta > h, t > Toven")
+def roast(T0, Toven, Tdone, L, alpha, h, k):
+    Bi = h * L / k
+    zeta = brentq(lambda z: z * sin(z) - Bi * cos(z), 0, pi / 2, xtol=1e-15)
+    C1 = 4 * sin(zeta) / (2 * zeta + sin(2 * zeta))
+    Fo = -log((Tdone - Toven) / (T0 - Toven) / C1) / zeta**2
+    return {"Bi": Bi, "zeta": zeta, "C1": C1, "Fo": Fo, "t": Fo * L**2 / alpha / 60}
