@@ -224,6 +224,9 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
     else:
         change = _in_base_units(dimensions, found)
         message, cures = _of_factor(found, nodes, texts, units, change)
+        shifted = {n for n, unit in dimensions.declared.items() if unit.offset}
+        if found.forms[0].dimension == {"K": 1} and any(shifted & {*names(n)} for n in nodes):
+            cures = ["give these temperatures in the same unit"]
     notes = [f"from {rule}" for rule in rules[:4]]
     return Diagnosis(code, Severity.WARNING, message, (Label(place),), (*cures, *notes))
 

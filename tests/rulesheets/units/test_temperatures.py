@@ -79,3 +79,11 @@ def test_an_energy_may_be_counted_from_the_zero_of_a_scale() -> None:
     model = rulesheets.loads("variables\n T [degC]\n h [kJ/kg]\nrules\n h = c*T")
     assert [one.code for one in check_units(model)] == ["W603"]
     assert check_units(model, sure=True) == ()
+
+
+def test_two_scales_in_a_difference_ask_for_one_unit() -> None:
+    model = rulesheets.loads(
+        "variables\n T1 [degC]\n T2 [degF]\n U [W/m^2-K]\n q [W/m^2]\nrules\n q = U*(T1 - T2)"
+    )
+    (warning,) = check_units(model)
+    assert warning.notes == ("give these temperatures in the same unit",)
