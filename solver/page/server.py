@@ -67,9 +67,22 @@ class Sheet(NamedTuple):
         if self.key.startswith(SHIPPED):
             cure = "copy its folder first"
             raise Refused(f"a sheet that comes with Backsolve is not written to; {cure}")
-        if fingerprint(read_source(self.file).text) != seen:
+        if (fingerprint(read_source(self.file).text) if self.file.exists() else "") != seen:
             raise Refused(f"{self.name} has changed on disk since it was opened")
         write_file(str(self.file), text.encode())
+
+
+NEW = """" A new sheet: variables with a value are inputs, the others are solved for
+
+variables
+  a = 3      [m]  " one side
+  b = 4      [m]  " the other side
+  c     >= 0 [m]  " the diagonal
+
+rules
+  c^2 = a^2 + b^2
+"""
+"""The text that a sheet begins with whose file does not exist yet."""
 
 
 def listed(folder: Path) -> list[dict[str, str]]:
@@ -83,8 +96,9 @@ def listed(folder: Path) -> list[dict[str, str]]:
     return found + [{"key": SHIPPED + name, "name": name} for name in shipped_models()]
 
 
-def sheet_of(key: str, folder: Path) -> Sheet:
-    """The sheet of that key. Raises Refused for one that is outside the folder."""
+def sheet_of(key: str, folder: Path, first: str = "") -> Sheet:
+    """The sheet of that key; the ``first`` one may be new. Raises Refused for one that is outside
+    the folder."""
     name = key.removeprefix(SHIPPED)
     if "\0" in key or (name != key and name not in shipped_models()):
         raise Refused("there is no such sheet")
@@ -94,7 +108,7 @@ def sheet_of(key: str, folder: Path) -> Sheet:
     file = (folder / key).resolve()
     if not file.is_relative_to(folder) or file.suffix != ".tk":
         raise Refused("a page opens the sheets in its folder alone")
-    if not file.is_file():
+    if not file.is_file() and (key != first or file.exists()):
         raise Refused(f"there is no sheet {key}")
     return Sheet(key, file.parent.name if file.name == MAIN_SHEET else file.stem, file, folder)
 
@@ -258,15 +272,21 @@ class Tab:
     # --- sheets ---
 
     async def sheets(self, _: Json) -> Json:
-        return {"sheets": listed(self.folder), "first": self.first, "folder": str(self.folder)}
+        found, first = listed(self.folder), {"key": self.first, "name": self.first}
+        if self.first and all(one["key"] != self.first for one in found):
+            found.insert(0, first)
+        return {"sheets": found, "first": self.first, "folder": str(self.folder)}
 
     async def open(self, message: Json) -> Json:
-        """Read a sheet and load it; ``kept`` is the last state of it in a tab."""
-        self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder)
-        text, shipped = read_source(sheet.file).text, sheet.key.startswith(SHIPPED)
+        """Read a sheet and load it; ``kept`` is the last state of it in a tab. Of a new one nothing
+        was ``seen``."""
+        self.sheet = sheet = sheet_of(str(message["sheet"]), self.folder, self.first)
+        old, shipped = sheet.file.exists(), sheet.key.startswith(SHIPPED)
+        text = read_source(sheet.file).text if old else NEW
         kept = self.kept.get(sheet.key)
         told = {"sheet": sheet.key, "name": sheet.name, "text": text, "kept": kept}
-        return {**await self.edit(told), **told, "seen": fingerprint(text), "shipped": shipped}
+        seen = fingerprint(text) if old else ""
+        return {**await self.edit(told), **told, "seen": seen, "shipped": shipped}
 
     async def edit(self, message: Json) -> Json:
         """Use another text for the sheet, which is not written."""

@@ -9,9 +9,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from rulesheets.files import find_sheet, shipped_models
+from rulesheets.files import find_sheet, read_source, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect
+from rulesheets.syntax import escaped
 from solver.commands import REPEATED, Command, add_input_options, read_request, seconds
 from solver.commands.over import read_axes
 from solver.files import require_extra, write_file
@@ -79,6 +80,10 @@ def _open(arguments: Namespace) -> int:
     elif sheet is not None:
         file = Path(find_sheet(sheet)).resolve()
         folder, first = file.parent, file.name
+        if not file.exists() and folder.is_dir() and file.suffix == ".tk":
+            print(f"{escaped(sheet)} is a new sheet: Save on the page writes it", flush=True)
+        elif not file.is_file():
+            read_source(str(file))
     browse = not arguments.no_browser
     patience = arguments.patience
     serve(folder, first, host=arguments.host, port=arguments.port, timeout=patience, browse=browse)

@@ -20,6 +20,9 @@ from starlette.websockets import WebSocketDisconnect
 import rulesheets
 import solver
 from rulesheets.files import shipped_model
+from rulesheets.format import format_sheet
+from rulesheets.parse.sections import parse
+from rulesheets.syntax import Source
 from solver.__main__ import main
 from solver.page.server import LARGEST, application
 
@@ -214,6 +217,25 @@ def test_a_sheet_is_saved_unless_its_file_has_changed(
     (folder / "lens.tk").write_text(LENS)
     assert "changed on disk" in ask(tab, "save", text=longer, seen=saved["seen"])["failed"]
     assert (folder / "lens.tk").read_text() == LENS
+
+
+def test_a_sheet_begins_on_the_page(tmp_path: Path) -> None:
+    """The one that the command names; the first Save makes its file."""
+    hosts = frozenset({"127.0.0.1"})
+    app = application(tmp_path, TOKEN, first="new.tk", hosts=hosts, timeout=30.0)
+    with TestClient(app, base_url="http://127.0.0.1:8000") as client:
+        client.get(f"/?token={TOKEN}")
+        with client.websocket_connect(TALK, headers=ORIGIN) as tab:
+            assert ask(tab, "sheets")["sheets"][0] == {"key": "new.tk", "name": "new.tk"}
+            assert "no sheet" in ask(tab, "open", sheet="other.tk")["failed"]
+            opened = ask(tab, "open", sheet="new.tk")
+            assert ask(tab, "solve")["solutions"] == [{"a": 3.0, "b": 4.0, "c": 5.0}]
+            assert not (tmp_path / "new.tk").exists()
+            assert format_sheet(parse(Source("new.tk", opened["text"]))) == opened["text"]
+            saved = ask(tab, "save", text=opened["text"], seen=opened["seen"])
+            assert (tmp_path / "new.tk").read_text() == opened["text"]
+            assert "changed" in ask(tab, "save", text="a = 1", seen="")["failed"]
+            assert ask(tab, "open", sheet="new.tk")["seen"] == saved["seen"]
 
 
 def test_a_shipped_sheet_is_not_written(tab: WebSocketTestSession) -> None:

@@ -50,7 +50,7 @@ const verdict = computed<[string, string]>(() => {
   if (trouble.value) return [trouble.value.text, "bad"];
   if (stroke.value ?? beyond.value) return [(stroke.value ?? beyond.value)!, "warn"];
   const found = answer.value;
-  if (!found) return ["…", ""];
+  if (!found) return [sheet.value || waiting.value ? "…" : "no sheet is open", ""];
   if (found.status === "solved") {
     return [`solved · ${plural(found.solutions.length, "answer")} · all rules hold`, "good"];
   }
@@ -145,6 +145,13 @@ function Bar() {
 function Messages() {
   const found = trouble.value ? trouble.value.complaints : (answer.value?.diagnoses ?? []);
   const gave = trouble.value && !trouble.value.complaints.length;
+  if (!sheet.value && !trouble.value && !waiting.value) {
+    return (
+      <p class="hint">
+        Choose a sheet above; <code>backsolve open mine.tk</code> begins one of your own.
+      </p>
+    );
+  }
   if (!found.length && !notice.value && !gave) return null;
   return (
     <section class="messages" aria-label="Messages">

@@ -375,12 +375,13 @@ export async function openSheet(key: string, restore = true): Promise<void> {
 
 /** Show a sheet that was opened, in the state in which it was left. */
 export async function show(opened: Opened, wrong: typeof trouble.value = null, kept: Opened["kept"] = opened.kept): Promise<void> {
+  const fresh = !opened.seen && !opened.shipped;
   batch(() => {
     sheet.value = {
       key: opened.sheet,
       name: opened.name,
       seen: opened.seen,
-      saved: opened.text,
+      saved: fresh ? "" : opened.text,
       shipped: opened.shipped,
     };
     answer.value = null;
@@ -390,7 +391,7 @@ export async function show(opened: Opened, wrong: typeof trouble.value = null, k
     past.value = [];
     future.value = [];
     sliders.value = opened.sliders ?? [];
-    view.value = { ...FIRST_VIEW, ...kept?.view };
+    view.value = { ...FIRST_VIEW, ...(fresh ? { tab: "text" } : {}), ...kept?.view };
     doc.value = { ...EMPTY, text: opened.text, ...kept?.doc };
   });
   if (!host.notebook) document.title = `${opened.name} · Backsolve`;
