@@ -545,29 +545,29 @@ PLANNED: frozenset[str] = frozenset({"sum", "prod", "count"})
 LOGARITHMS = frozenset({"ln", "log", "log10"})
 
 
-def _on_arrays(row: Function) -> Callable[..., Any]:
-    """The form on numpy arrays; callers silence what numpy warns of (``numpy.errstate``)."""
+def one_by_one(function: Callable[..., float]) -> Callable[..., Any]:
+    """A function of floats on arrays that broadcast: nan where it has no value."""
     import numpy as np  # a solve without arrays does without
 
     def at(*numbers: float) -> float:
         try:
-            return row.value(*numbers)
+            return function(*numbers)
         except (ArithmeticError, ValueError):
             return math.nan
 
-    def one_by_one(*arguments: Any) -> Any:
-        if not arguments:
-            return np.asarray(row.value())
-        arrays = np.broadcast_arrays(*arguments)
-        rows = zip(*(array.ravel().tolist() for array in arrays), strict=True)
-        return np.array([at(*numbers) for numbers in rows], dtype=float).reshape(arrays[0].shape)
+    return np.vectorize(at, otypes=[float])
 
-    found: Callable[..., Any] = one_by_one
+
+def _on_arrays(row: Function) -> Callable[..., Any]:
+    """The form on numpy arrays; callers silence what numpy warns of (``numpy.errstate``)."""
+    import numpy as np
+
+    found = one_by_one(row.value)
     if callable(row.array):
         found = partial(row.array, np)
     elif row.array is not None:
         module, _, name = row.array.rpartition(".")
-        found = _scipy(name) if module else getattr(np, name, one_by_one)
+        found = _scipy(name) if module else getattr(np, name, found)
     return found
 
 

@@ -10,7 +10,7 @@ one, a function that jumps or selects) is left to the check of single rules.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Traced
 from rulesheets.evaluate.number import Arithmetic
-from rulesheets.functions import TABLE
+from rulesheets.functions import TABLE, one_by_one
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax.nodes import (
     Call,
@@ -52,7 +52,8 @@ class _Columns(Arithmetic[Array]):
     """Columns of numbers, a row for each rule. ``plain`` are the rows without an exception so far.
 
     ``numbers`` are the columns of those in the text, in order; without them a number stands for
-    itself.
+    itself. Functions and powers are those of floats, so that their last digits are those of a
+    single rule.
     """
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array | None, count: int) -> None:
@@ -69,27 +70,14 @@ class _Columns(Arithmetic[Array]):
         return self.finite(np.true_divide(above, below))
 
     def raised(self, node: Power, base: Any, exponent: Any) -> Array:
-        return self.finite(_each(math.pow, len(self.plain), base, exponent))
+        return self.finite(one_by_one(math.pow)(base, exponent))
 
     def applied(self, node: Call, arguments: list[Any]) -> Array:
-        return self.finite(_each(TABLE[node.function].value, len(self.plain), *arguments))
+        return self.finite(one_by_one(TABLE[node.function].value)(*arguments))
 
     def finite(self, result: Array) -> Array:
         self.plain &= np.isfinite(result)
         return result
-
-
-def _each(function: Callable[..., float], count: int, *columns: Any) -> Array:
-    """The function of floats row by row, so that its last digit is that of a single rule."""
-
-    def value(*row: float) -> float:
-        try:
-            return function(*row)
-        except (ArithmeticError, ValueError):
-            return math.nan
-
-    rows = [np.broadcast_to(column, (count,)).tolist() for column in columns]
-    return np.fromiter(map(value, *rows), float, count) if rows else np.full(count, function())
 
 
 class _TracedColumns(Traced[Array]):
