@@ -22,7 +22,7 @@ from rulesheets.diagnosis import (
 )
 from rulesheets.evaluate import Undefined, value
 from rulesheets.library import Library
-from rulesheets.model import Model, Tolerance, Value, Variable, expect, once
+from rulesheets.model import Model, Tolerance, Value, Variable, expect, once, reached
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of, walk
 from rulesheets.units import (
@@ -210,12 +210,7 @@ def _tied(
         if isinstance(left, nodes.Name) and isinstance(right, nodes.Name):
             neighbours.setdefault(left.name, []).append(right.name)
             neighbours.setdefault(right.name, []).append(left.name)
-    reached, waiting = set(found), list(found)
-    while waiting:
-        new = [name for name in neighbours.get(waiting.pop(), ()) if name not in reached]
-        reached.update(new)
-        waiting.extend(new)
-    return frozenset(reached)
+    return frozenset(reached(found, lambda name: neighbours.get(name, ())))
 
 
 _DIGITS = frozenset("0123456789+-.eE")

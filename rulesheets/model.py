@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import import_module
@@ -220,6 +220,19 @@ def once(make: Callable[[Owner], T]) -> Callable[[Owner], T]:
         kept: T = owner.__dict__[make.__name__]
         return kept
 
+    return found
+
+
+def reached(
+    roots: Iterable[T], following: Callable[[T], Iterable[T]], known: Container[T] = ()
+) -> set[T]:
+    """All that the roots lead to, these included, except what is known."""
+    found, waiting = set[T](), list(roots)
+    while waiting:
+        one = waiting.pop()
+        if one not in found and one not in known:
+            found.add(one)
+            waiting.extend(following(one))
     return found
 
 

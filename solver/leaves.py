@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.number import meets
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Value, reached
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
@@ -115,15 +115,13 @@ def _outside_one_turn(
 
 def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
     """The angle and those that sums tie it to, without inputs."""
-    group, waiting = {name}, [name]
-    while waiting:
-        for index in graph.users[waiting.pop()]:
-            equation = graph.model.equations[index]
+
+    def tied(name: str) -> Iterator[str]:
+        for equation in map(graph.model.equations.__getitem__, graph.users[name]):
             if is_angle_sum(equation.left) and is_angle_sum(equation.right):
-                new = {n for n in equation.names if n not in inputs} - group
-                group |= new
-                waiting += sorted(new)
-    return group
+                yield from (n for n in equation.names if n not in inputs)
+
+    return reached([name], tied)
 
 
 @dataclass

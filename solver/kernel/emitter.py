@@ -30,9 +30,9 @@ from rulesheets.syntax.nodes import (
     Sum,
     Symbol,
     add,
-    children,
     names,
     terms,
+    walk,
 )
 
 CALLED, POWER = "f_", "POWER"
@@ -192,9 +192,7 @@ def compile_expressions(
 def divisors(expression: Expression) -> Iterator[Expression]:
     """The divisors of a rule with variables in them (or in a power, or in the cosine of a
     tangent)."""
-    stack: list[Any] = [expression]
-    while stack:
-        node = stack.pop()
+    for node in walk(expression):
         match node:
             case Quotient(_, divisor) if any(names(divisor)):
                 yield divisor
@@ -204,7 +202,6 @@ def divisors(expression: Expression) -> Iterator[Expression]:
                 yield base
             case Call("tan" | "tand" as function, arguments):
                 yield Call(function.replace("tan", "cos"), arguments)
-        stack.extend(children(node))
 
 
 # --- code for intervals of floats ---

@@ -13,7 +13,7 @@ from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
 from rulesheets.format import format_condition
 from rulesheets.inputs import readable, variable_named
-from rulesheets.model import Equation, Model, Value, expect
+from rulesheets.model import Equation, Model, Value, expect, reached
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
@@ -174,16 +174,13 @@ class _Tracing:
             self.place.setdefault(step, number)
 
     def derivation(self, name: str) -> Derivation:
-        needed: set[str] = set()
-        waiting = [name]
-        while waiting:
-            one = waiting.pop()
-            if one not in needed:
-                needed.add(one)
-                for equation in self._solved(self.origins.get(one)):
-                    selecting = (condition for condition, _ in self.model.outcomes(equation.guard))
-                    read = chain(equation.names, *map(names, selecting))
-                    waiting.extend(name for name in read if name in self.values)
+        def read(one: str) -> Iterator[str]:
+            for equation in self._solved(self.origins.get(one)):
+                selecting = (condition for condition, _ in self.model.outcomes(equation.guard))
+                every = chain(equation.names, *map(names, selecting))
+                yield from (name for name in every if name in self.values)
+
+        needed = reached([name], read)
         found = {self.origins[n] for n in needed if n in self.origins}
         links = tuple(map(self._link, sorted(found, key=self.place.__getitem__)))
         given = [n for n in self.model.variables if n in needed and n not in self.origins]

@@ -18,6 +18,7 @@ import numpy as np
 
 from rulesheets.evaluate.number import equal
 from rulesheets.functions import TABLE
+from rulesheets.model import reached
 
 Operand: TypeAlias = int | float | str
 Node: TypeAlias = tuple[Operand, ...]
@@ -300,14 +301,7 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
 
 def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()) -> set[int]:
     """The nodes that the wanted ones are computed from, themselves included, except known ones."""
-    found: set[int] = set()
-    waiting = list(wanted)
-    while waiting:
-        node = waiting.pop()
-        if node not in found and node not in known:
-            found.add(node)
-            waiting += operands(flow, node)
-    return found
+    return reached(wanted, partial(operands, flow), known)
 
 
 def copied(

@@ -12,11 +12,12 @@ required to be finite.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence, Set
 from dataclasses import dataclass
 from itertools import product
 from typing import Any, NamedTuple, TypeAlias
 
+from rulesheets.model import reached
 from solver.trace.flow import Flow
 from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
 from solver.trace.order import UNORDERED, Order, Ranked
@@ -359,17 +360,14 @@ class _Simplification:
 
     # --- numbers that are finite with others ---
 
-    def _with(self, finite: Iterable[int], known: Iterable[int] = ()) -> set[int]:
+    def _with(self, finite: Iterable[int], known: Set[int] = frozenset()) -> set[int]:
         """The nodes that are finite if these are, and those known to be."""
-        sure, waiting = set(known), list(finite)
-        while waiting:
-            node = waiting.pop()
-            if node not in sure:
-                sure.add(node)
-                kind, *parts = self.flow.nodes[node]
-                read = parts if kind in _INHERITING else parts[:1] if kind == "div" else ()
-                waiting.extend(map(int, read))
-        return sure
+
+        def inherited(node: int) -> Iterable[int]:
+            kind, *parts = self.flow.nodes[node]
+            return map(int, parts if kind in _INHERITING else parts[:1] if kind == "div" else ())
+
+        return reached(finite, inherited, known) | known
 
     def _heads(self) -> set[int]:
         """Of numbers that must be finite, a set whose finiteness implies that of all."""
