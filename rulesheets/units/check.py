@@ -286,7 +286,7 @@ def _millikelvin(model: Model, statement: Statement) -> list[str]:
         unit = leaf.unit if isinstance(leaf, Number) else None
         unit = model.variables[leaf.name].unit if isinstance(leaf, Name) else unit
         if unit and (apart := re.sub(r"\bmK\b", "m-K", unit)) != unit:
-            return [f"in {unit} mK is a millikelvin: for metre and kelvin write {apart}"]
+            return [f"mK is a millikelvin in {unit}; for metre times kelvin write {apart}"]
     return []
 
 

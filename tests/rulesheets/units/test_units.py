@@ -194,5 +194,5 @@ def test_a_millikelvin_meant_as_metre_and_kelvin_is_told() -> None:
     """A conductivity in W/mK is in watts per millikelvin."""
     text = "variables\n  k [W/mK]\n  A [m^2]\n  T [K]\n  L [m]\n  Q [W]\nrules\n  Q = k*A*T/L"
     (warning,) = rulesheets.loads(text).unit_warnings
-    assert warning.notes[0].endswith("for metre and kelvin write W/m-K")
+    assert warning.notes[0].endswith("for metre times kelvin write W/m-K")
     assert not rulesheets.loads(text.replace("mK", "m-K")).unit_warnings
