@@ -53,6 +53,8 @@ from rulesheets.units.dimensions import (
 
 MOST, TRIED = 3, 8
 """Variables that a cure names at most, and how many are looked at."""
+USUAL = (*SYSTEMS["si"].split(), "N-mm", "s", "min", "h", *SYSTEMS["us"].split())
+"""Units that a cure proposes."""
 NUMBER = "1 (a number)"
 DERIVED = ("N", "J", "W", "Pa", "V", "ohm", "F", "C", "H", "T", "Hz", "m^2", "m^3", "m/s")
 
@@ -222,7 +224,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         code, place = "W602", found.call.span or place
         message, cures = _of_angle(found.call, found.factor, texts[0], units[0])
     else:
-        change = _in_base_units(dimensions, found)
+        change = _other_units(dimensions, found)
         message, cures = _of_factor(found, nodes, texts, units, change)
         shifted = {n for n, unit in dimensions.declared.items() if unit.offset}
         if found.forms[0].dimension == {"K": 1} and any(shifted & {*names(n)} for n in nodes):
@@ -290,24 +292,43 @@ def _millikelvin(model: Model, statement: Statement) -> list[str]:
     return []
 
 
-def _in_base_units(dimensions: Dimensions, found: Mismatch) -> str | None:
-    """The fewest variables of the rule, and of those that its units follow from, without whose
-    prefixes no factor is missing."""
+def _other_units(dimensions: Dimensions, found: Mismatch) -> str | None:
+    """The variable of the rule, or of those that its units follow from, with a unit in which no
+    factor is missing: a base unit, a usual one, or several variables in base units."""
     rules = [dimensions.statements[place] for place in sorted({*found.why, found.statement})]
-    bases = {}
-    for name in chain.from_iterable(names(side) for s in rules for side in (s.left, s.right)):
-        unit = dimensions.declared.get(name, Unit())
-        if exponents(unit).get(SIZE) and not unit.offset:
-            bases[name] = Unit(bases=unit.bases)
-    for count in range(1, MOST + 1):
-        for changed in combinations(islice(bases, TRIED), count):
-            units = {**dimensions.declared, **{name: bases[name] for name in changed}}
-            trial = Dimensions(units, dimensions.values, dimensions.units)
-            trial.infer(rules)
-            if not trial.mismatches:
-                texts = [f"{name} in {unit_text(exponents(bases[name]))}" for name in changed]
-                return f"give {listed(texts)}"
+    read = dict.fromkeys(n for s in rules for side in (s.left, s.right) for n in names(side))
+    declared = {name: dimensions.declared.get(name) for name in islice(read, TRIED)}
+    own = {name: unit for name, unit in declared.items() if unit and not unit.offset}
+    bases = {name: _base(unit) for name, unit in own.items() if exponents(unit).get(SIZE)}
+    usual = [(text, library().unit(text)) for text in USUAL]
+    others = [
+        {name: (text, unit)}
+        for name, old in own.items()
+        for text, unit in usual
+        if unit.bases == old.bases and not unit.offset
+    ]
+    several = (combinations(bases.items(), count) for count in range(2, MOST + 1))
+    for changed in chain(
+        ({name: base} for name, base in bases.items()),
+        others,
+        map(dict, chain.from_iterable(several)),
+    ):
+        units = {**dimensions.declared, **{name: unit for name, (_, unit) in changed.items()}}
+        trial = Dimensions(units, dimensions.values, dimensions.units)
+        trial.infer(rules)
+        if not trial.mismatches:
+            texts = (f"{name} {_given_in(text)}" for name, (text, _) in changed.items())
+            return f"give {listed([*texts])}"
     return None
+
+
+def _base(unit: Unit) -> tuple[str, Unit]:
+    base = Unit(bases=unit.bases)
+    return unit_text(exponents(base)), base
+
+
+def _given_in(text: str) -> str:
+    return "as a plain number" if text == NUMBER else f"in {text}"
 
 
 def _written(node: Expression, model: Model) -> str | None:

@@ -339,12 +339,12 @@ def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(
     ("variables", "rule", "cure"),
     [
         ("v [m/s],D [mm],nu [m^2/s]", "Re = v*D/nu", "give D in m, or write 1000*Re"),
-        ("K [EUR],K0 [EUR],i [%]", "K = K0*(1 + i)^2", "give i in 1 (a number)"),
-        ("K [EUR],K0 [EUR],i [%],n = 5", "K = K0*(1 + i)^n", "give i in 1 (a number)"),
-        ("T1 [K],T2 [K],p1 [kPa],p2 [bar],k = 1.4", "T2 = T1*(p2/p1)^((k - 1)/k)", "p1 in Pa"),
+        ("K [EUR],K0 [EUR],i [%]", "K = K0*(1 + i)^2", "give i as a plain number"),
+        ("K [EUR],K0 [EUR],i [%],n = 5", "K = K0*(1 + i)^n", "give i as a plain number"),
+        ("T1 [K],T2 [K],p1 [kPa],p2 [bar],k = 1.4", "T2 = T1*(p2/p1)^((k - 1)/k)", "give p2 in kPa"),
         ("k [1/s],E [kJ/mol],R [J/mol-K],T [K]", "k = A*exp(-E/(R*T))", "give E in J/mol"),
-        ("p1 [kPa],p2 [bar],w [J]", "w = w0*ln(p1/p2)", "give p1 in Pa and p2 in Pa"),
-        ("x [%],y [m],z [m]", "y = z*2^x", "give x in 1 (a number)"),
+        ("p1 [kPa],p2 [bar],w [J]", "w = w0*ln(p1/p2)", "give p2 in kPa"),
+        ("x [%],y [m],z [m]", "y = z*2^x", "give x as a plain number"),
     ],
 )
 def test_a_pure_number_makes_up_for_no_factor(variables: str, rule: str, cure: str) -> None:
@@ -384,7 +384,9 @@ def test_what_rules_imply_is_named() -> None:
         ("p [kPa],F [N],d [m]", "p = F/d^2", "give p in Pa"),
         ("w [m/s],d [cm],t [s]", "w^2 = (d/t)^2", "give d in m"),
         ("P [kW],T [N-m],n [rpm]", "P = T*n", "give P in W and n in rad/s"),
-        ("A [mm^2],b [cm],h [cm]", "A = b*h", "give A in m^2, b in m and h in m"),
+        ("v [km/h],t [min],d [km]", "d = v*t", "give t in h"),
+        ("price [EUR/kWh],P [kW],t [min],cost [EUR]", "cost = price*P*t", "give t in h"),
+        ("A [mm^2],b [cm],h [cm]", "A = b*h", "give A in cm^2"),
         ("P [kW],T [N-m],n [rpm]", "P = T*w\nw = 2*pi*n/60", "give P in W"),
     ],
 )
