@@ -341,7 +341,7 @@ def test_numbers_in_a_chain_of_rules_excuse_no_other_factor(
         ("v [m/s],D [mm],nu [m^2/s]", "Re = v*D/nu", "give D in m, or write 1000*Re"),
         ("K [EUR],K0 [EUR],i [%]", "K = K0*(1 + i)^2", "give i as a plain number"),
         ("K [EUR],K0 [EUR],i [%],n = 5", "K = K0*(1 + i)^n", "give i as a plain number"),
-        ("T1 [K],T2 [K],p1 [kPa],p2 [bar],k = 1.4", "T2 = T1*(p2/p1)^((k - 1)/k)", "give p2 in kPa"),
+        ("T1 [K],T2 [K],p1 [kPa],p2 [bar],k = 1.4", "T2 = T1*(p2/p1)^((k - 1)/k)", "p2 in kPa"),
         ("k [1/s],E [kJ/mol],R [J/mol-K],T [K]", "k = A*exp(-E/(R*T))", "give E in J/mol"),
         ("p1 [kPa],p2 [bar],w [J]", "w = w0*ln(p1/p2)", "give p2 in kPa"),
         ("x [%],y [m],z [m]", "y = z*2^x", "give x as a plain number"),
