@@ -298,13 +298,13 @@ class _RootBoxes:
     def _resolve(self, cluster: Cluster) -> None:
         if self._is_empty(cluster) or (self._enclose_slope is not None and self._prove(cluster)):
             return
-        interval = (cluster.low, cluster.high)
-        self.unresolved.append(interval)
-        zeros = [x for x in _spread(*interval) if value_at(self.value, x) == 0.0]
-        if len(zeros) > 1:  # a step ends in it
-            interval = zeros[0], zeros[-1]
-        if self._is_flat(*interval):
-            self.flat.append(interval)
+        whole = (cluster.low, cluster.high)
+        self.unresolved.append(whole)
+        zeros = [x for x in _spread(*whole) if value_at(self.value, x) == 0.0]
+        step = [(zeros[0], zeros[-1])] if len(zeros) > 1 else []  # which ends in it
+        spans = step or [whole] if cluster.rough else [whole, *step]
+        if flat := next((span for span in spans if self._is_flat(*span)), None):
+            self.flat.append(flat)
         elif crossings := self._crossings(cluster):
             self.roots += crossings
             self.crossings += crossings
