@@ -68,7 +68,8 @@ class Server(LanguageServer):
         found = [*reply.get("wrong", ()), *reply.get("warnings", ())]
         if solve and "wrong" not in reply:
             answer = await self.solved(document)
-            found += answer.get("diagnoses", ())
+            told = answer.get("diagnoses", ())  # warnings of units, which the check has told, too
+            found += (one for one in told if not one["code"].startswith("W"))
         name, shown = document.path or document.uri, []
         for one in found:  # at its first place here; in the first line what is about another file
             place = next((p for p in one["places"] if p["file"] == name), {"start": 0, "end": 0})

@@ -123,6 +123,15 @@ def test_a_mistake_is_told_while_it_is_typed_and_goes_when_it_is_healed(tmp_path
     assert {one.code for one in saved} == {"S520"}
 
 
+def test_a_warning_of_units_is_told_once(tmp_path: Path) -> None:
+    async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
+        editor.text_document_did_save(lsp.DidSaveTextDocumentParams(editor.document))
+        return first, await editor.diagnostics()
+
+    text = "variables\n  P = 5 [kW]\n  T [N-m]\n  w = 10 [rad/s]\nrules\n  P = T*w\n"
+    assert [[one.code for one in told] for told in edited(tmp_path, text, steps)] == [["W601"]] * 2
+
+
 def test_hover_completion_definition_and_format(tmp_path: Path) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> None:
         volume = await editor.hover(6, 2)
