@@ -21,6 +21,7 @@ from rulesheets.diagnosis import (
     RuleSheetError,
     closest,
     error_at,
+    plural,
     refuse,
     render,
     suggestion,
@@ -198,6 +199,13 @@ def load_sheet(arguments: Namespace) -> Model:
     for note in model.notes:
         print(render(note), file=sys.stderr)
     return model
+
+
+def tell_of_units(model: Model) -> None:
+    """A line about warnings of units, for commands that print no messages of a solve."""
+    if warnings := model.unit_warnings:
+        count = plural(len(warnings), "warning")
+        print(f"{count} of units (backsolve check): {warnings[0].message}", file=sys.stderr)
 
 
 def number_of(

@@ -29,6 +29,7 @@ from solver.commands import (
     add_input_options,
     number_of,
     read_request,
+    tell_of_units,
 )
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.facts import Unsolved
@@ -221,6 +222,7 @@ def _run(arguments: Namespace) -> int:
     if expired():
         print("the time was up: rows that were not solved by then are failed", file=sys.stderr)
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
+    tell_of_units(work.model)
     if not outcome.interrupted:
         if unsolved and not expired():
             print(_reason(work, unsolved), end="", file=sys.stderr)

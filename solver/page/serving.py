@@ -13,7 +13,14 @@ from rulesheets.files import find_sheet, read_source, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect
 from rulesheets.syntax import escaped
-from solver.commands import REPEATED, Command, add_input_options, read_request, seconds
+from solver.commands import (
+    REPEATED,
+    Command,
+    add_input_options,
+    read_request,
+    seconds,
+    tell_of_units,
+)
 from solver.commands.over import read_axes
 from solver.files import require_extra, write_file
 
@@ -110,6 +117,7 @@ def _export(arguments: Namespace) -> int:
     page, states, solved = export(*asked)
     write_file(path, page.encode())
     print(f"{path}: {solved} of {states} states solved")
+    tell_of_units(request.model)
     return 0 if solved else 1
 
 

@@ -407,3 +407,11 @@ def test_a_call_after_one_without_an_answer_tells_a_contradiction() -> None:
         except solver.Unsolved as refused:
             status = str(refused.status)
         assert status == str(alone.status)
+
+
+def test_a_sweep_tells_of_units_that_do_not_fit(run: Run, tmp_path: Path) -> None:
+    sheet = tmp_path / "motor.tk"
+    sheet.write_text("variables\n  P = 5 [kW]\n  T [N-m]\n  w = 10 [rad/s]\nrules\n  P = T*w\n")
+    code, _, err = run("sweep", str(sheet), "--over", "w=10,20")
+    told = "1 warning of units (backsolve check): P is in kW, T*w in W: a factor of 1000 is missing"
+    assert (code, err) == (0, f"2 rows: 2 solved\n{told}\n")
