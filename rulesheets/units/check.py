@@ -19,7 +19,7 @@ from rulesheets.checks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity, listed
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.functions import TABLE
-from rulesheets.library import Unit, library
+from rulesheets.library import ANGLE, Unit, library
 from rulesheets.model import Equation, Model, Variable
 from rulesheets.syntax import Span
 from rulesheets.syntax.nodes import (
@@ -392,7 +392,10 @@ def _shown(node: Expression, place: Span) -> str:
 def unit_text(known: Exponents) -> str:
     """``kg·m/s²`` for exponents of base units, with their size; a usual unit where one fits."""
     size = float(known.get(SIZE, 0.0))
-    dimension = {base: e for base, e in known.items() if base not in (SIZE, "dB")}
+    aside = {SIZE, "dB"}
+    if known.keys() - {*aside, ANGLE, "s"}:  # N·m·rad/s is W, and not W·rad
+        aside.add(ANGLE)
+    dimension = {base: e for base, e in known.items() if base not in aside}
     if not dimension:
         return NUMBER if math.isnan(size) or abs(size) < 1e-9 else f"{math.exp(size):.6g}"
     names = (*DERIVED, "deg", "rpm", "h", "min", *SYSTEMS["si"].split())
