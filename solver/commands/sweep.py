@@ -32,12 +32,13 @@ from solver.commands import (
     tell_of_units,
 )
 from solver.commands.over import Swept, read_axes, read_swept
-from solver.facts import Unsolved
+from solver.facts import Status
 from solver.files import Printed, write_file
 from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
 from solver.path.planner import planner
 from solver.pictures import PICTURES, picture_kind
 from solver.report import table
+from solver.solution.solving import solve
 from solver.sweeps import prepare
 from solver.sweeps.curves import follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, work_of
@@ -247,16 +248,14 @@ def _noting(
 
 def _reason(work: Work, row: Mapping[str, Value]) -> str:
     """Why a row is not solved, on a line: the message of its solve, and how that is cured."""
-    given = {name: work.given.get(name) for name in work.model.variables}
-    plan = prepare(work.model, work.inputs, work.want, given, work.guesses)
-    try:
-        plan(*row.values())
-    except Unsolved as wrong:
-        found = wrong.diagnoses[0]
-        known = {name: value for name, value in row.items() if value == value}
-        where = ", ".join(f"{n} = {_shown(v, work.model.variables[n])}" for n, v in known.items())
-        return f"{where}: {'; '.join((found.message, *found.notes[:1]))}\n"
-    return ""
+    known = {name: value for name, value in row.items() if value == value}
+    given = {**dict.fromkeys(work.model.variables), **work.given, **known}
+    result = solve(work.model, given, work.want, work.guesses)
+    if result.status is Status.SOLVED or not result.diagnoses:
+        return ""
+    found = result.diagnoses[0]
+    where = ", ".join(f"{n} = {_shown(v, work.model.variables[n])}" for n, v in known.items())
+    return f"{where}: {'; '.join((found.message, *found.notes[:1]))}\n"
 
 
 def _shown(value: Value, variable: Variable) -> str:
