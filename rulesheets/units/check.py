@@ -247,9 +247,13 @@ def _of_factor(
         return f"{whose} a number, and {texts[0]} is in {units[0]}", [change or "change a unit"]
     large, small = (0, 1) if factor > 1 else (1, 0)
     share = f"{max(factor, 1 / factor):.6g}"
-    each = f"{texts[large]} is in {units[large]}, {texts[small]} in {units[small]}"
-    shown = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
-    written = f"write {share}*{shown}"
+    shown = list(units)
+    for own, other, size in ((large, small, share), (small, large, f"{1 / float(share):.6g}")):
+        if units[own][0].isdigit() and not units[other][0].isdigit():  # 1e+12 kg/(m·s^2)
+            shown[own] = f"{size} {units[other]}"
+    each = f"{texts[large]} is in {shown[large]}, {texts[small]} in {shown[small]}"
+    factored = texts[large] if isinstance(nodes[large], Name) else f"({texts[large]})"
+    written = f"write {share}*{factored}"
     cures = [f"{change}, or {written}" if change else f"{written}, or change a unit"]
     if any(
         _beside_number(node) for node in walk(*nodes) if isinstance(node, Sum)

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
@@ -38,6 +38,31 @@ SEVERITIES = {
 }
 
 
+class Answer(NamedTuple):
+    """The sheet and the result of a text that was solved."""
+
+    text: str
+    reply: Json
+
+    @property
+    def values(self) -> Json:
+        """The values of the first solution, or those that are known without one."""
+        found: Json = (self.reply.get("solutions") or [self.reply.get("partial", {})])[0]
+        return found
+
+    @property
+    def rows(self) -> dict[str, Json]:
+        return {one["name"]: one for one in self.reply["variables"]}
+
+    def told(self, name: str) -> str:
+        """The value of a variable, in its display unit if it has one."""
+        value, row = self.values[name], self.rows.get(name, {"unit": "", "scale": (1.0, 0.0)})
+        if not isinstance(value, str):
+            factor, shift = row["scale"]
+            value = value * factor + shift
+        return f"{readable(value)} {row['unit']}".rstrip()
+
+
 class Server(LanguageServer):
     """A server for one editor. ``answers`` has the last result of each solved document."""
 
@@ -47,7 +72,7 @@ class Server(LanguageServer):
         self.quick, self.slow = Lane(workers, timeout), Lane(workers, timeout)
         self.workers = workers
         self.waiting: dict[str, asyncio.Task[None]] = {}
-        self.answers: dict[str, Json] = {}
+        self.answers: dict[str, Answer] = {}
         self.loaded = ""
 
     def document(self, uri: str) -> TextDocument:
@@ -70,28 +95,35 @@ class Server(LanguageServer):
             answer = await self.solved(document)
             told = answer.get("diagnoses", ())  # warnings of units, which the check has told, too
             found += (one for one in told if not one["code"].startswith("W"))
-        name, shown = document.path or document.uri, []
-        for one in found:  # at its first place here; in the first line what is about another file
-            place = next((p for p in one["places"] if p["file"] == name), {"start": 0, "end": 0})
+        names, shown = Names(document.source), []
+        for one in found:
             lines = [one["message"], *(f"help: {note}" for note in one["notes"])]
-            where = stretch(document, place["start"], place["end"])
+            where = stretch(document, *_place(document, names, one))
             about = SEVERITIES[one["severity"]], one["code"], None, "backsolve"
             shown.append(lsp.Diagnostic(where, "\n".join(lines), *about))
         params = lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
         self.text_document_publish_diagnostics(params)
 
+    def _refresh(self) -> None:
+        """Let the editor ask for the values again, if it shows them."""
+        workspace = self.client_capabilities.workspace
+        if workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support:
+            self.workspace_inlay_hint_refresh(None)
+
     async def check(self, document: TextDocument, text: str) -> Json:
         return await self.quick.ask({**_sheet(document, text), "do": "check"})
 
     async def solved(self, document: TextDocument) -> Json:
-        """The result for the document in its present state, kept for hovers."""
+        """The result for the document in its present state, kept for hovers and values."""
         self.answers.pop(document.uri, None)
-        reply = await self.slow.load(_sheet(document, document.source))
+        text = document.source
+        reply = await self.slow.load(_sheet(document, text))
         if "variables" in reply:
             self.loaded = document.uri
             answer = await self.slow.ask({"do": "solve"})
             if "status" in answer:
-                self.answers[document.uri] = {**reply, **answer}
+                self.answers[document.uri] = Answer(text, {**reply, **answer})
+                self._refresh()
                 return answer
         return {}
 
@@ -100,6 +132,17 @@ def _sheet(document: TextDocument, text: str) -> Json:
     path = document.path or ""
     folder = os.path.dirname(path)
     return {"text": text, "name": path or document.uri, "base": folder, "within": None}
+
+
+def _place(document: TextDocument, names: Names, told: Json) -> tuple[int, int]:
+    """Where a diagnosis stands: at its first place in the document, else at the first variable that
+    it is about; in the first line what is about another file."""
+    name = document.path or document.uri
+    for place in told["places"]:
+        if place["file"] == name:
+            return place["start"], place["end"]
+    words = (names.definition(Symbol(one, "")) for one in told["variables"] if not told["places"])
+    return next(((word.start, word.end) for word in words if word), (0, 0))
 
 
 def stretch(document: TextDocument, start: int, end: int) -> lsp.Range:
@@ -176,19 +219,36 @@ async def explained(server: Server, document: TextDocument, word: Word) -> str:
     named = symbol(word)
     if named is None or named.function or named.scope:
         return ""
-    answer = server.answers.get(document.uri, {})
-    values = (answer.get("solutions") or [answer.get("partial", {})])[0]
-    rows: Json = {one["name"]: one for one in answer.get("variables", ())}
-    row = rows.get(named.name, {})
-    lines = [row.get("comment", "")]
-    if named.name in values:
-        given = " (input)" if named.name in answer["inputs"] else ""
-        unit = row.get("unit", "")
-        lines.append(f"`{named.name} = {readable(values[named.name])}{unit and f' {unit}'}`{given}")
+    if (answer := server.answers.get(document.uri)) is None:
+        return ""
+    lines = [answer.rows.get(named.name, {}).get("comment", "")]
+    if named.name in answer.values:
+        given, many = named.name in answer.reply["inputs"], len(answer.reply["solutions"])
+        about = [
+            "input" if given else f"first of {many} answers" if many > 1 else "",
+            "as last saved" if document.source != answer.text else "",
+        ]
+        said = f" ({', '.join(filter(None, about))})" if any(about) else ""
+        lines.append(f"`{named.name} = {answer.told(named.name)}`{said}")
         if not given and server.loaded == document.uri:
             told = await server.slow.ask({"do": "why", "name": named.name})
             lines += [f"```text\n{told['text']}\n```"] if told.get("text") else []
     return "\n\n".join(filter(None, lines))
+
+
+def values(server: Server, params: lsp.InlayHintParams) -> Iterator[lsp.InlayHint]:
+    """The value of each computed variable beside its row, or at the end of the line of a rule where
+    it appears first; none for a text that has changed since."""
+    document = server.document(params.text_document.uri)
+    answer, names = server.answers.get(document.uri), Names(document.source)
+    if answer is None or answer.text != document.source:
+        return
+    for name in answer.values:
+        if name not in answer.reply["inputs"] and (word := names.definition(Symbol(name, ""))):
+            in_row, told = word.section == "variables", answer.told(name)
+            end = word.end if in_row else f"{answer.text}\n".index("\n", word.end)
+            place = stretch(document, end, end).start
+            yield lsp.InlayHint(place, f" = {told}" if in_row else f"  {name} = {told}")
 
 
 def completions(server: Server, params: lsp.CompletionParams) -> Iterator[lsp.CompletionItem]:
@@ -284,6 +344,10 @@ def server(timeout: float) -> Server:
     @one.feature(lsp.SHUTDOWN)
     async def shutdown(_: None) -> None:
         await asyncio.gather(one.quick.stop(), one.slow.stop(), one.workers.close())
+
+    @one.feature(lsp.TEXT_DOCUMENT_INLAY_HINT)
+    async def shown(params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
+        return list(values(one, params))
 
     answers: dict[str, Callable[..., Any]] = {
         lsp.TEXT_DOCUMENT_DID_CLOSE: closed,

@@ -68,6 +68,12 @@ class Editor(LanguageClient):
         found = await self.text_document_hover_async(lsp.HoverParams(self.document, place))
         return str(found.contents.value) if found else ""  # type: ignore[union-attr]
 
+    async def values(self) -> list[tuple[int, int, str]]:
+        whole = lsp.Range(lsp.Position(0, 0), lsp.Position(99, 0))
+        params = lsp.InlayHintParams(self.document, whole)
+        hints = await self.text_document_inlay_hint_async(params) or []
+        return sorted((one.position.line, one.position.character, str(one.label)) for one in hints)
+
     async def complete(self, line: int, character: int) -> list[str]:
         place = lsp.Position(line, character)
         items = await self.text_document_completion_async(
@@ -130,6 +136,32 @@ def test_a_warning_of_units_is_told_once(tmp_path: Path) -> None:
 
     text = "variables\n  P = 5 [kW]\n  T [N-m]\n  w = 10 [rad/s]\nrules\n  P = T*w\n"
     assert [[one.code for one in told] for told in edited(tmp_path, text, steps)] == [["W601"]] * 2
+
+
+def test_values_stand_beside_their_rows_until_the_text_changes(tmp_path: Path) -> None:
+    text = "variables\n  r = 2 [m]\n  x [m -> mm]\n  T [degC -> K]\nrules\n"
+    text += "  x^2 = r^2\n  T = 20\n  y = x + 1"
+
+    async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> None:
+        assert await editor.values() == [
+            (2, 3, " = 2000 mm"),
+            (3, 3, " = 293.15 K"),
+            (7, 11, "  y = 3"),
+        ]
+        assert "`x = 2000 mm` (first of 2 answers)" in await editor.hover(2, 2)
+        await editor.change(text.replace("2 [m]", "3 [m]"))
+        assert await editor.values() == []
+        assert "`r = 2 m` (input, as last saved)" in await editor.hover(1, 2)
+
+    edited(tmp_path, text, steps)
+
+
+def test_a_missing_input_is_told_at_its_row(tmp_path: Path) -> None:
+    async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
+        return [(one.code, one.range.start.line, one.range.start.character) for one in first]
+
+    text = "variables\n  a = 2\n  b\n  c\nrules\n  c = a*b\n"
+    assert edited(tmp_path, text, steps) == [("S510", 2, 2)]
 
 
 def test_hover_completion_definition_and_format(tmp_path: Path) -> None:
