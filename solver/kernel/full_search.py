@@ -161,7 +161,8 @@ def _arrivals(
 
 
 def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
-    """Half of the starts along the chains, the others with every unknown independent."""
+    """Half of the starts along the chains, the others with every unknown independent; half of
+    these positive after the first round, as most quantities are."""
     sizes = problem.named(problem.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
@@ -172,6 +173,10 @@ def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
     with np.errstate(all="ignore"):
         along = problem.kernel.arrays.starts(problem.known, points(problem.kernel.block.tears))
     apart = points(problem.unknowns)
+    if first:
+        ends = map(problem.domain, problem.unknowns)
+        signed = [low == -math.inf and high == math.inf for low, high in ends]
+        apart = np.where(signed, abs(apart), apart)
     return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
 
 
@@ -381,7 +386,8 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     gone = [answer for answer, curve in pairs if curve is not None]
     others = tuple(a for a in outcome.answers if not any(a is one for one in gone))
     if others:
-        facts = (*outcome.facts, beside(first))
+        near = any(not problem.is_far_out(answer.values) for answer in gone)
+        facts = (*outcome.facts, beside(first)) if near else outcome.facts
         if len(problem.unknowns) <= MOST_BESIDE:
             others = _isolated(problem, others)
         return outcome._replace(

@@ -221,6 +221,11 @@ class BlockProblem:
         """The sizes of the unknowns at a point (n,): at least a share of their typical size."""
         return [max(abs(v), share * size) for v, size in zip(x, self.scale, strict=True)]
 
+    def is_far_out(self, point: Mapping[str, float]) -> bool:
+        """Whether some number is so large that floats of its size absorb ordinary ones."""
+        sizes = self.named(self.scale)
+        return any(abs(v) * EPS > sizes[name] for name, v in point.items())
+
     @cached_property
     def sizes(self) -> Array:
         """The size of every unknown (n,): that of its guess, else one suggested by the known

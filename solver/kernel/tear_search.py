@@ -30,7 +30,7 @@ from solver.kernel.chain import Chain, followed
 from solver.kernel.linear_block import left_free
 from solver.kernel.problem import BlockProblem
 from solver.numerics.isolation import IsolationLimits, RootSearch, isolate_roots
-from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, EPS, NOTHING, ROUGHLY, SPARE
+from solver.numerics.tolerances import BACKWARD, BESIDE_HOLE, NOTHING, ROUGHLY, SPARE
 
 DIGITS = 60
 """Decimal digits of a number next to 1."""
@@ -335,6 +335,9 @@ class TearSearch:
         """After the search: an interval of the tear on which every point is an answer (``int(x) =
         3``). Answers found on it are no longer listed."""
         for place, low, high in self.flat or self._plateaus():
+            nearest = min(abs(low), abs(high)) if low * high > 0.0 else 0.0
+            if self.problem.is_far_out({self.tear: nearest}):
+                continue
             # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root,
             # where one that leaves a plateau jumps or bends
             beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
@@ -375,7 +378,9 @@ class TearSearch:
         start, there = min(max(end, low), high), self._along(place, end)
         if there is None or not self.candidates.covers(answer, there):
             return False
-        between = [self._along(place, start + share * (end - start)) for share in SHARES]
+        far = start - end
+        reaches = (far, math.copysign(min(abs(far), abs(end)), far))
+        between = [self._along(place, end + share * r) for r in reaches for share in SHARES]
         return all(there is not None and self.problem.holds(there) for there in between)
 
     def _satisfied(self, place: int, points: Sequence[Mapping[str, float]]) -> bool:
@@ -415,7 +420,7 @@ class TearSearch:
 
     def _is_absorbed(self, place: int, x: float) -> bool:
         """Whether the residual is 0 only because floats as large as x absorb its other terms."""
-        far = abs(x) * EPS > self._size
+        far = self.problem.is_far_out({self.tear: x})
         return far and not vanishes(self.kernel.chains[place], x, self.known)
 
     def _candidate(self, place: int, root: float) -> None:

@@ -256,7 +256,10 @@ class _Explanation:
             else f"{answer} meets this requirement"
         )
         short = "" if fact.miss is None else f": it is missed by {number_text(rounded(fact.miss))}"
-        notes = () if inputs_only else (f"the answer nearest to it has {listed(said)}",)
+        notes = [] if inputs_only else [f"the answer nearest to it has {listed(said)}"]
+        if answer != "no answer" and notes:
+            unknown = [name for name in requirement.names if name not in self.inputs]
+            notes.append(f"give a guess for {listed(unknown)} to look for others")
         mine = self._bounds((), requirement.names, requirement.names)
         labels = (Label(requirement.rule),)
         told = message + short, labels, (*notes, *mine), requirement.names

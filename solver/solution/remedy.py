@@ -303,6 +303,7 @@ def bounds(
         if bound is not None and not patience.lost:
             found.append(bound)
             side = 1 if bound.relation in ("<", "≤") else -1
+            trials.known = {}  # a solution on this side leads to none beyond the gap
             beyond = None if bound.relation == "≠" else _bound(trials, given, (side,))
             found += [] if beyond is None else [beyond]  # of a gap
     return tuple(found)
@@ -389,7 +390,7 @@ def _bound(trials: _Trials, given: float, sides: Sequence[int]) -> Bound | None:
         return Bound(name, ">" if inward > 0 else "<", shown)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
-    return Bound(name, "≥" if inward > 0 else "≤", shown) if trials.beside(shown) else None
+    return Bound(name, "≥" if inward > 0 else "≤", shown) if feasible(shown) else None
 
 
 FARTHEST = 1e30

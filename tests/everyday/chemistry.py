@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from math import exp, log, log10, sqrt
 
+from numpy import roots
 from scipy.optimize import brentq, fsolve
 
 from .corpus import OWN, sheet
@@ -310,4 +311,43 @@ def rain(pCO2, KH, K1, K2, Kw):
         "H2CO3": acid,
         "HCO3": HCO3,
         "CO3": K2 * HCO3 / H,
+    }
+
+
+@sheet("NIST: propane boils at 300 K and 9.978 bar", "p > T", p=(9.98, 0.002))
+def peng_robinson(T, Tc, pc, om, R):
+    kap = 0.37464 + 1.54226 * om - 0.26992 * om**2
+    al = (1 + kap * (1 - sqrt(T / Tc))) ** 2
+    a, b = 0.45724 * R**2 * Tc**2 / pc * al, 0.0778 * R * Tc / pc
+
+    def phases(p):
+        A, B = a * p / (R * T) ** 2, b * p / (R * T)
+        cubic = [1, B - 1, A - 3 * B**2 - 2 * B, B**2 + B**3 - A * B]
+        ends = sorted(z.real for z in roots(cubic))
+        return A, B, *(float(ends[place]) for place in (0, -1))
+
+    def fugacity(Z, A, B):
+        ratio = (Z + (1 + sqrt(2)) * B) / (Z + (1 - sqrt(2)) * B)
+        return exp(Z - 1 - log(Z - B) - A / (2 * sqrt(2) * B) * log(ratio))
+
+    def excess(p):
+        A, B, ZL, ZV = phases(p)
+        return fugacity(ZL, A, B) / fugacity(ZV, A, B) - 1
+
+    p = root(excess, 8, 12)
+    A, B, ZL, ZV = phases(p)
+    return {
+        "kap": kap,
+        "al": al,
+        "a": a,
+        "b": b,
+        "p": p,
+        "A": A,
+        "B": B,
+        "ZL": ZL,
+        "ZV": ZV,
+        "fL": fugacity(ZL, A, B),
+        "fV": fugacity(ZV, A, B),
+        "vL": ZL * R * T / p,
+        "vV": ZV * R * T / p,
     }

@@ -80,3 +80,14 @@ def test_what_a_block_determines_beside_a_free_unknown_is_not_known_to_be_all() 
     """For b = -1 also y = 0 and x = √3, where a is free."""
     result = solver.solve(rulesheets.loads(LAGRANGE), {"b": -1.0})
     assert result["y"] == pytest.approx(24**0.5) and not result.complete
+
+
+def test_rules_that_agree_only_at_infinity_leave_no_curve_of_answers() -> None:
+    """As both sides of the third tend to 1, they differ by less than rounding from k = 1e17 on."""
+    result = solver.solve(
+        rulesheets.loads(
+            "T = 1.5 + 0.5*k\ny^2 = (T - 1)/k\nT/(1 + 0.5*k) = 2*y^2*(1 + k)/(1 + 2*k*y^2)"
+        )
+    )
+    assert not result.diagnoses
+    assert [(s["k"], s["y"]) for s in result.solutions] == [(1, 1), (1, -1)]

@@ -169,3 +169,10 @@ def test_a_value_of_a_case_leaves_what_it_compares_open() -> None:
 def test_both_ends_of_a_gap_between_cases_are_told() -> None:
     result = solver.solve(rulesheets.loads(STEPS), {"pay": 250.0})
     assert result.diagnoses[0].notes[-1].endswith("a solution needs pay < 200 or pay ≥ 300")
+
+
+def test_the_other_end_of_a_gap_is_searched_afresh() -> None:
+    """Where z is negative below s = 28, m is too, and leads to no m above."""
+    rules = "s = 28 + 39/z\n10*z = min(5, m*(12 + z)) + min(2, m*(4 - z))"
+    result = solver.solve(rulesheets.loads(rules), {"s": 50.0})
+    assert result.diagnoses[0].notes[-1].endswith("a solution needs s < 28 or s ≥ 83.7143")
