@@ -109,7 +109,7 @@ class _PreciseSearch(PathSearch):
         self.expected = floats.leaves[0].branch.signs if floats.leaves else {}
         self._before: dict[SolveBlock, list[Numbers]] = {}
         for (step, known), outcome in floats.outcomes.items():
-            if outcome.complete and not outcome.delicate:
+            if (outcome.complete or outcome.answers) and not outcome.delicate:
                 self._before.setdefault(step, []).append(known)
         self.first_path = ()  # none is solved as one block
         self.analysis = CaseAnalysis(self.model, self.inputs, self._holds)
