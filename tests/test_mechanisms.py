@@ -186,6 +186,19 @@ def test_crank_angles_for_a_piston_velocity(velocity: float, exact: tuple[float,
     assert found == pytest.approx(exact, rel=1e-12)
 
 
+def test_crank_angles_for_an_acceleration_are_all_found() -> None:
+    """A sweep of the crank passes the wanted acceleration as often as there are answers."""
+    four_link = model("four_link_chain")
+    wanted = solver.solve(four_link)["yr1"]
+    found = solver.solve(four_link, {"yr1": wanted, "thetaPQ": None})
+    turn = solver.sweep(four_link, {"thetaPQ": EVERY_DEGREE}, ["yr1"], all=True)
+    passed = 0
+    for branch in (1, 2):
+        above = turn["yr1"][turn["answer"] == branch] > wanted
+        passed += sum(above != [*above[1:], above[0]])
+    assert found.complete and len(found.solutions) == passed == 8
+
+
 def test_piston_velocity_of_the_drawing() -> None:
     """The unit reads 9.4 m/s off a drawing of 1 mm : 200 mm/s, good to half a millimetre."""
     assert abs(solver.solve(model("piston_engine"))["vP"]) == pytest.approx(9.4, abs=0.1)

@@ -409,7 +409,8 @@ def cleared(chain: Chain) -> Chain | None:
     The numerator is 0 wherever the residual is, but at a pole it mostly is not. The divisor of a
     relational quotient gets a name of its own, so that nothing cancels with it: where it is 0,
     there may be an answer. Factors of it that have a name already keep that, so that quotients of
-    quotients are not multiplied by them twice.
+    quotients are not multiplied by them twice. The sums of a numerator get names as well: what is
+    made of it stays short.
     """
     moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
     items, named = list[Assignment](), set[Expression]()
@@ -419,6 +420,10 @@ def cleared(chain: Chain) -> Chain | None:
             continue
         moving.add(item.name)
         above, below = _fraction(item.expression, moving, parts, item.relational)
+        if not is_number(below, 1.0):
+            above, sums = _with_named_sums(above, item.name)
+            moving.update(part.name for part in sums)
+            items += sums
         if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
             return None
         if item.relational and not moving.isdisjoint(nodes.names(below)):
@@ -437,6 +442,17 @@ def cleared(chain: Chain) -> Chain | None:
     if not divided and is_number(below, 1.0):
         return None
     return Chain(chain.tears, (*items[:-1], Assignment(item.name, above)), chain.residuals)
+
+
+def _with_named_sums(product: Expression, name: str) -> tuple[Expression, list[Assignment]]:
+    """A product whose sums have names, and these: what is made of it stays short."""
+    sums, parts = list[Assignment](), list[Expression]()
+    for factor in factors(product):
+        if isinstance(factor, Sum):
+            sums.append(Assignment(f"{name} sum {len(sums)}", factor))
+            factor = Name(sums[-1].name)
+        parts.append(factor)
+    return times(*parts), sums
 
 
 def _fraction(
