@@ -582,39 +582,27 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
 
 
 MOST_SIDES = 2
-"""Directions and jumps of a chain, of which every combination of sides is a chain of its own."""
+"""Jumps of a chain, of which every combination of sides is a chain of its own."""
 
 
 def sides(chain: Chain) -> tuple[Chain, ...]:
-    """One chain for every combination of the sides of its directions and jumps; none without any,
-    or for too many.
+    """One chain for every combination of the sides of its jumps; none without any, or for too many.
 
     The residual at every point is that of one of the chains, if it has a value there.
     """
-    jumping = dict.fromkeys(
-        part
-        for item in chain.assignments
-        for part in (*directions(item.expression), *steps(stepwise(item.expression)))
-    )
+    plain = [item._replace(expression=stepwise(item.expression)) for item in chain.assignments]
+    jumping = list(dict.fromkeys(part for item in plain for part in steps(item.expression)))
     if not 0 < len(jumping) <= MOST_SIDES:
         return ()
     found = []
-    for upper in itertools.product((True, False), repeat=len(jumping)):
+    for upper in itertools.product((1, -1), repeat=len(jumping)):
         assignments: list[Assignment] = []
-        for item in chain.assignments:
-            expression = stepwise(item.expression)
-            for number, (turn, above) in enumerate(zip(jumping, upper, strict=True)):
-                if turn not in walk(expression):
-                    continue
-                name = f"#side {number}"
-                if TABLE[turn.function].jumps:
-                    assignments.append(Assignment(name, turn, side=1 if above else -1))
-                    expression = exchange(expression, turn, Name(name))
-                else:
-                    y, x = turn.arguments
-                    assignments.append(Assignment(name, y if above else -y, low=0.0))
-                    turned = Call(turn.function, (Name(name), x))
-                    expression = exchange(expression, turn, turned if above else -turned)
+        for item in plain:
+            expression = item.expression
+            for number, (jump, side) in enumerate(zip(jumping, upper, strict=True)):
+                if jump in walk(expression):
+                    assignments.append(Assignment(f"#side {number}", jump, side=side))
+                    expression = exchange(expression, jump, Name(f"#side {number}"))
             assignments.append(item._replace(expression=expression))
         found.append(Chain(chain.tears, tuple(assignments), chain.residuals))
     return tuple(found)

@@ -120,14 +120,13 @@ class Enclosure:
         found = [on_box(*box) for box in boxes]
         for place, (box, (below, above)) in enumerate(zip(boxes, found, strict=True)):
             if below <= 0.0 <= above and (
-                self._has_none_beside_cuts(box, known) or self._has_none_far(box, known)
+                self._has_none_beside_jumps(box, known) or self._has_none_far(box, known)
             ):
                 found[place] = nan, nan
         return found
 
-    def _has_none_beside_cuts(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
-        """Whether there is no root on either side of the cuts of the directions in the chain, or of
-        its jumps."""
+    def _has_none_beside_jumps(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
+        """Whether there is no root on either side of the jumps in the chain."""
         return bool(self._sides) and all(
             _is_rootless(side._range(*known)(*box)) for side in self._sides
         )
