@@ -10,7 +10,7 @@ W. Nagel, *SPICE2*, 1975).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from copy import copy
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
@@ -26,8 +26,6 @@ from rulesheets.syntax.nodes import (
     Expression,
     Name,
     Negative,
-    Number,
-    Power,
     Product,
     Quotient,
     Sum,
@@ -36,13 +34,11 @@ from rulesheets.syntax.nodes import (
     multiply,
     names,
     negative,
-    subtract,
     walk,
 )
 from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
-from solver.kernel.emitter import divisors
 from solver.kernel.problem import BlockProblem
 from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.linear_algebra import Array
@@ -55,7 +51,6 @@ from solver.numerics.sparse_newton import (
     sparse_newton,
 )
 from solver.numerics.tolerances import LEAST
-from solver.ranking.signs import factors_of
 from solver.ranking.sizes import added, nearly_balanced
 
 LIMIT = 0.2
@@ -118,13 +113,7 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
 def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
     """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes
     them."""
-    (start, sizes, positive, explicit, limit, tangents, lifting), plain = begin, problem.sparse
-    if lifting is not None:
-        lifted = lifting.start(start)
-        wide = None if sizes is None else np.concatenate([sizes, lifted[len(sizes) :]])
-        root = sparse_newton(*lifting.system.at(problem.known), lifted, wide, positive, limit=limit)
-        here = root._replace(x=root.x[: len(start)])
-        return sparse_newton(*plain, here.x, sizes) if root.converged else here
+    (start, sizes, positive, explicit, limit, tangents), plain = begin, problem.sparse
     functions = plain if tangents is None else tangents.system.at(problem.known)
     root = sparse_newton(*functions, start, sizes, positive, explicit=explicit, limit=limit)
     for _ in range(ITERATIONS if tangents is not None else 0):
@@ -158,7 +147,7 @@ _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
 
 class Start(NamedTuple):
     """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of
-    ``sparse_newton``; with ``tangents`` in place of exponentials, or ``lifting`` of differences."""
+    ``sparse_newton``; with ``tangents`` in place of exponentials."""
 
     x: Array
     sizes: Array | None
@@ -166,7 +155,6 @@ class Start(NamedTuple):
     explicit: Map = itself
     limit: float | None = None
     tangents: Tangents | None = None
-    lifting: Lifting | None = None
 
 
 def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Iterator[Start]:
@@ -222,11 +210,6 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     utilities = _exponents(problem)
     if utilities.any():
         yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
-    lifting = None if len(names) <= FEW else Lifting(system, problem.known)
-    if lifting is not None and lifting.some:
-        for start in (inside, BELOW * inside, ones):
-            yield Start(np.clip(start, low, high), sizes, positive=True, lifting=lifting)
-        yield Start(inside, sizes, limit=LIMIT, lifting=lifting)
     flat = _smooth(problem, inside)
     if flat is not None:
         yield Start(explicit(flat), sizes)
@@ -378,81 +361,3 @@ class Tangents:
             with np.errstate(all="ignore"):
                 at = arguments(*everything[shape.places], *shape.numbers[:count])
             yield shape.numbers[count:], np.stack(np.broadcast_arrays(*at))
-
-
-# --- unknowns for what has to be positive: arguments of logarithms and roots, and divisors ---
-#
-# The start then need not lie in the domain. The new unknowns start positive and are kept so, and
-# equations define them, which iterates of Newton's method may violate as any other (J. Albersmeyer
-# & M. Diehl, SIAM J. Optim. 20 (2010) 1655-1684: the lifted Newton method). Differences are lifted,
-# such as those at both ends in a logarithmic mean.
-
-_OF_POSITIVE = frozenset({"ln", "log", "log10", "log2", "sqrt"})
-CANCELS = 0.05
-"""Share of its largest term below which a difference is not begun as it is at a start."""
-APART = 0.1, 0.03
-"""The shares of that term at which it begins instead: the least, and by how much that of each
-further difference of a rule is larger, as they may be divided by what they differ by."""
-
-
-class Lifting:
-    """The ``system`` of n equations with more unknowns and as many more equations; ``start`` gives
-    those."""
-
-    def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
-        self.n, self.known = system.n, np.array(known, dtype=float)
-        found = [tuple(dict.fromkeys(_positive(shape.form))) for shape in system.shapes]
-        pairs = list(zip(system.shapes, found, strict=True))
-        self.added = sum(len(each) * len(shape.rows) for shape, each in pairs)
-        n, total, shapes = self.n, system.n, []
-        self._lifted: list[
-            tuple[float, NDArray[np.intp], NDArray[np.intp], Array, Callable[..., Any]]
-        ] = []
-        for shape, differences in pairs if self.added else ():
-            form = shape.form
-            places = np.where(shape.places < n, shape.places, shape.places + self.added)
-            for number, difference in enumerate(differences):
-                mine, new = np.arange(total, total + len(shape.rows)), Name(f"#{len(places)}")
-                total += len(mine)
-                places = np.concatenate([places, mine[None]])
-                meant = subtract(new, difference)
-                shapes.append(shape.changed(meant, mine, places, n + self.added))
-                terms = shape.compiled([difference, *difference.terms])
-                share = APART[0] + APART[1] * number
-                self._lifted.append((share, mine, shape.places, shape.numbers, terms))
-                form = exchange(form, difference, new)
-            shapes.append(shape.changed(form, shape.rows, places, n + self.added))
-        self.system = system.changed(shapes, total) if shapes else system
-
-    @property
-    def some(self) -> bool:
-        """Whether there is anything to lift."""
-        return self.added > 0
-
-    def start(self, x: Array) -> Array:
-        """The point (n,) with the new unknowns: their values there, or a share of their terms."""
-        everything, found = np.concatenate([x, self.known]), np.ones(self.added)
-        for share, mine, places, numbers, terms in self._lifted:
-            with np.errstate(all="ignore"):
-                at, *of = np.broadcast_arrays(*terms(*everything[places], *numbers), mine)[:-1]
-                size = np.abs(of).max(axis=0)
-            begun = np.where(at > CANCELS * size, at, share * size)
-            found[mine - self.n] = np.where(np.isfinite(begun) & (begun > 0.0), begun, 1.0)
-        return np.concatenate([x, found])
-
-
-def _positive(form: Expression) -> Iterator[Sum]:
-    """The expressions that must be positive, or not 0, for the form to have a value, and are
-    differences with names."""
-    parts = [*divisors(form)]
-    for node in walk(form):
-        match node:
-            case Call(function, (argument,)) if function in _OF_POSITIVE:
-                parts.append(argument)
-            case Power(base, Number(exponent)) if exponent != round(exponent):
-                parts.append(base)
-            case Power(base, exponent) if not isinstance(exponent, Number):
-                parts.append(base)
-    for factor in (factor for part in parts for factor in factors_of(part)):
-        if any(isinstance(term, Negative) for term in factor.terms) and any(names(factor)):
-            yield factor

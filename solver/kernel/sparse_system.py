@@ -7,7 +7,6 @@ rows of one function of arrays.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from copy import copy
 from functools import cached_property, partial
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -37,20 +36,9 @@ class SparseSystem:
         self.n = len(unknowns)
         place = {name: place for place, name in enumerate((*unknowns, *known))}
         order = np.array([place[name] for name in rules.names], dtype=np.intp)
-        self._take([_Arrays(family, order[family.columns], self.n) for family in rules.families])
-
-    def _take(self, shapes: list[_Arrays]) -> None:
-        self.shapes = shapes
-        self.rows = np.concatenate([shape.slope_rows for shape in shapes])
-        self.columns = np.concatenate([shape.slope_columns for shape in shapes])
-
-    def changed(self, shapes: list[_Arrays], n: int) -> SparseSystem:
-        """A system of n rules of other shapes, with the same known names."""
-        other = copy(self)
-        other.__dict__.pop("_explicit", None)
-        other.n = n
-        other._take(shapes)
-        return other
+        self.shapes = [_Arrays(family, order[family.columns], self.n) for family in rules.families]
+        self.rows = np.concatenate([shape.slope_rows for shape in self.shapes])
+        self.columns = np.concatenate([shape.slope_columns for shape in self.shapes])
 
     def at(
         self, known: Sequence[float]
@@ -176,17 +164,6 @@ class _Arrays:
         self._partials = self.compiled([slopes.get(f"#{k}", ZERO) for k, _ in self.moving])
         self.slope_rows = np.concatenate([self.rows[m] for _, m in self.moving])
         self.slope_columns = np.concatenate([places[k][m] for k, m in self.moving])
-
-    def changed(
-        self, form: Expression, rows: NDArray[np.intp], places: NDArray[np.intp], n: int
-    ) -> _Arrays:
-        """Another form with the same numbers, in other rows, of names at other places among n
-        unknowns."""
-        other = copy(self)
-        other.__dict__.pop("divisors", None)
-        other.form, other.rows, other.places, other.explicit = form, rows, places, {}
-        other.compile(n)
-        return other
 
     def residual(self, everything: Array) -> Any:
         with np.errstate(all="ignore"):

@@ -341,21 +341,6 @@ def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
     assert candidates.nearest == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
 
 
-def test_logarithmic_means_begin_with_positive_differences() -> None:
-    """Heat exchangers in counterflow, whose differences of temperature vanish where all are of one
-    size."""
-    n, lines = 700, ["c0 = 290", "ch = 1.8", "cc = 2", "h701 = 480"]
-    for i in range(1, n + 1):
-        lines += [f"Q{i} = ch*(h{i + 1} - h{i})", f"Q{i} = cc*(c{i} - c{i - 1})"]
-        hot, cold = f"(h{i + 1} - c{i})", f"(h{i} - c{i - 1})"
-        lines.append(f"Q{i} = {6 / n}*({hot} - {cold})/ln({hot}/{cold})")
-    result = _solved(lines)
-    capacities = 1.8 / 2  # a heat exchanger of 6/1.8 transfer units in all, by its effectiveness
-    drop = math.exp(-6 / 1.8 * (1 - capacities))
-    effectiveness = (1 - drop) / (1 - capacities * drop)
-    assert math.isclose(result["h1"], 480 - effectiveness * (480 - 290), rel_tol=1e-9)
-
-
 def test_utilities_begin_at_zero() -> None:
     """A demand that chooses among stations by their queues (multinomial logit)."""
     n, lines = 100, ["D = 4000", "a = 0.5", "S = " + " + ".join(f"exp(U{j})" for j in range(100))]
