@@ -1,17 +1,9 @@
-"""One answer of a large block, the sensible one, by sparse Newton steps without tearing.
-
-A large block is also tried with exponentials replaced by tangents, whose points of tangency follow
-the iteration. Newton's method reduces a large argument of an exponential by 1 at each step. Here a
-rise of the argument by d moves the point of tangency up by only ln(1 + d), to where the exponential
-has the value that the tangent predicted: the limits of junction voltages of circuit simulators (L.
-W. Nagel, *SPICE2*, 1975).
-"""
+"""One answer of a large block, the sensible one, by sparse Newton steps without tearing."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from copy import copy
 from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,10 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Equation
-from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
-    ONE,
-    Call,
     Expression,
     Name,
     Negative,
@@ -30,22 +19,15 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     calls,
-    exchange,
-    multiply,
-    names,
-    negative,
     walk,
 )
 from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.problem import BlockProblem
-from solver.kernel.sparse_system import SparseSystem
 from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import (
-    ITERATIONS,
     Map,
-    SparseRoot,
     itself,
     sparse_least_squares,
     sparse_newton,
@@ -75,7 +57,14 @@ def search_sparsely(problem: BlockProblem, candidates: Candidates, every: bool) 
     for start in _sparse_starts(problem, sought):
         if candidates.answers and not (start.positive or every):
             continue
-        root = _arrived(problem, start)
+        root = sparse_newton(
+            *problem.sparse,
+            start.x,
+            start.sizes,
+            start.positive,
+            explicit=start.explicit,
+            limit=start.limit,
+        )
         if not np.isfinite(root.x).all():
             continue
         point = problem.named(root.x.tolist())
@@ -110,22 +99,6 @@ def _is_trivial(problem: BlockProblem, answer: Answer) -> bool:
     return bool(((others == 0) & (own > 0) & (counts(weights=slopes == 0.0) > 0)).any())
 
 
-def _arrived(problem: BlockProblem, begin: Start) -> SparseRoot:
-    """The end of Newton's method from a start, on the rules as they are or as ``begin`` changes
-    them."""
-    (start, sizes, positive, explicit, limit, tangents), plain = begin, problem.sparse
-    functions = plain if tangents is None else tangents.system.at(problem.known)
-    root = sparse_newton(*functions, start, sizes, positive, explicit=explicit, limit=limit)
-    for _ in range(ITERATIONS if tangents is not None else 0):
-        if not root.converged or tangents is None or tangents.touch(root.x):
-            break  # else some exponential is still far above its tangent
-        root = sparse_newton(*functions, root.x, sizes, positive, explicit=explicit, limit=limit)
-    if tangents is not None and root.converged:
-        polished = sparse_newton(*plain, root.x, sizes)  # the digits that tangents lose
-        root = root._replace(x=polished.x) if polished.converged else root
-    return root
-
-
 def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
     """The point next to a root at which every rule holds. If rounding has left traces (the flow
     through a closed valve, the last of many complexes), explicit rules correct it; if rounding in
@@ -147,24 +120,23 @@ _EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
 
 class Start(NamedTuple):
     """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of
-    ``sparse_newton``; with ``tangents`` in place of exponentials."""
+    ``sparse_newton``."""
 
     x: Array
     sizes: Array | None
     positive: bool = False
     explicit: Map = itself
     limit: float | None = None
-    tangents: Tangents | None = None
 
 
 def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Iterator[Start]:
     """Points to start from in turn, with options.
 
     The guesses (or the nearest miss so far) if there are any, else 0, from which the first step
-    solves the linearised rules, with tangents for exponentials if needed; positive numbers of the
-    sizes that balance the rules; and 1. Unknowns that a rule gives explicitly start at its value,
-    and in the last starts they also follow it after each step: then auxiliary unknowns, such as
-    friction factors, do not hold back the others.
+    solves the linearised rules; positive numbers of the sizes that balance the rules; and 1.
+    Unknowns that a rule gives explicitly start at its value, and in the last starts they also
+    follow it after each step: then auxiliary unknowns, such as friction factors, do not hold back
+    the others.
     """
     names, system = problem.unknowns, problem.kernel.sparse
     low, high = np.array([(v.low, v.high) for v in problem.variables]).T
@@ -178,9 +150,6 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     zero = explicit(nothing)
     if not guesses:
         yield Start(zero, None)
-        tangents = Tangents(system, problem.known)
-        if tangents.some:
-            yield Start(nothing, None, explicit=tangents.follow, limit=math.inf, tangents=tangents)
     known = {name: v for name in problem.kernel.known if isinstance(v := problem.here[name], float)}
     turns = np.array([problem.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
@@ -302,62 +271,3 @@ def _terms_of_exponents(rule: Equation) -> Iterator[str]:
                 waiting.append(one)
             case Product(one, other):
                 waiting += (one, other)
-
-
-# --- tangents in place of exponentials ---
-
-ON_TANGENT = 1e-6
-"""The distance of a tangent's point from an argument: the error of the tangent is its square."""
-
-
-class Tangents:
-    """The ``system`` with tangents; ``follow`` moves their points to a point of the unknowns.
-
-    ``some``: whether there is an exponential of unknowns.
-    """
-
-    def __init__(self, system: SparseSystem, known: Sequence[float]) -> None:
-        self.known = np.array(known, dtype=float)
-        self.system = copy(system)
-        self.system.shapes = [copy(shape) for shape in system.shapes]
-        self._arguments = []
-        for shape in self.system.shapes:
-            moving = {f"#{k}" for k, _ in shape.moving}
-            exponentials = (call for call in calls(shape.form) if call.function == "exp")
-            kinds = dict.fromkeys(e for e in exponentials if not moving.isdisjoint(names(e)))
-            if not kinds:
-                continue
-            count, inside = len(shape.numbers), [call.arguments[0] for call in kinds]
-            self._arguments.append((shape, shape.compiled(inside), count))
-            for number, (call, argument) in enumerate(zip(kinds, inside, strict=True)):
-                point = Name(f"#.{count + number}")
-                tangent = multiply(Call("exp", (point,)), nodes.add(ONE, argument, negative(point)))
-                shape.form = exchange(shape.form, call, tangent)
-            shape.numbers = np.concatenate(
-                [shape.numbers, np.zeros((len(inside), len(shape.rows)))]
-            )
-            shape.compile(system.n)
-
-    @property
-    def some(self) -> bool:
-        return bool(self._arguments)
-
-    def follow(self, x: Array) -> Array:
-        """The point (n,) itself, after moving the tangents there."""
-        for numbers, at in self._points(x):
-            with np.errstate(all="ignore"):
-                numbers[:] = np.where(at > numbers, numbers + np.log1p(at - numbers), at)
-        return x
-
-    def touch(self, x: Array) -> bool:
-        """Whether every tangent touches its exponential at the point: no exponential is still far
-        above."""
-        return all((np.abs(at - numbers) <= ON_TANGENT).all() for numbers, at in self._points(x))
-
-    def _points(self, x: Array) -> Iterator[tuple[Array, Array]]:
-        """The arguments of the points of tangency, and those at the point."""
-        everything = np.concatenate([x, self.known])
-        for shape, arguments, count in self._arguments:
-            with np.errstate(all="ignore"):
-                at = arguments(*everything[shape.places], *shape.numbers[:count])
-            yield shape.numbers[count:], np.stack(np.broadcast_arrays(*at))

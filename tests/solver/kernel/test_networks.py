@@ -269,10 +269,8 @@ def test_voltages_below_the_rounding_of_exponentials_keep_their_meaning() -> Non
     assert 0.0 < result["V80"] < 1e-40
 
 
-@pytest.mark.parametrize(("side", "supply", "every", "load"), [(12, 24, 4, 5000), (9, 15, 2, 500)])
-def test_tangents_bring_the_voltages_of_a_circuit_down(
-    side: int, supply: int, every: int, load: int
-) -> None:
+@pytest.mark.parametrize(("side", "supply", "every", "load"), [(9, 15, 2, 500)])
+def test_voltages_of_a_circuit_come_down(side: int, supply: int, every: int, load: int) -> None:
     """Resistors and diodes between the nodes of a grid, where exp(supply/0.026) is beyond
     floats."""
     node = {place: f"V{k}" for k, place in enumerate(product(range(side), range(side)))}
