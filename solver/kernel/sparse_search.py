@@ -146,13 +146,9 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     turns = np.array([problem.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
 
-    def positive(sharing: bool) -> tuple[Array, Array]:
-        """Positive numbers, but 0 for angles, that nearly balance the rules, and their sizes."""
-        balanced = nearly_balanced(problem.kernel.alike, names, known, sharing)
-        sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
-        return np.clip(np.where(turning, 0.0, sizes), low, high), sizes
-
-    inside, sizes = positive(sharing=True)
+    balanced = nearly_balanced(problem.kernel.alike, names, known)
+    sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
+    inside = np.clip(np.where(turning, 0.0, sizes), low, high)
     if guesses:
         guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
         yield Start(guess, sizes)
@@ -162,9 +158,6 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     yield Start(ones, sizes, positive=True)
     if len(names) > FEW:
         yield Start(np.clip(BELOW * inside, low, high), sizes, positive=True)
-        whole, alike = positive(sharing=False)
-        yield Start(whole, alike, positive=True)
-        yield Start(whole, alike)
         yield Start(np.clip(LARGE * inside, low, high), sizes, positive=True)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
