@@ -292,13 +292,12 @@ class _FreeCurve:
 
     def through(self, x: Array) -> BlockOutcome | None:
         """The free unknowns along every direction in which all rules continue to hold."""
-        matrix, weight, _ = self._scaled(x)
-        _, singular, right = np.linalg.svd(matrix)
-        ways = [
-            direction
-            for s, direction in zip(singular, right, strict=True)
-            if s <= FREE * singular[0]
-        ]
+        weight = np.maximum(abs(x), SMALL * self.scale)
+        try:
+            _, singular, right = np.linalg.svd(self._scaled(x)[0])
+            ways = right[singular <= FREE * singular[0]]
+        except (ArithmeticError, ValueError):  # a slope is infinite: along an unknown, rules may hold all the same
+            ways = np.eye(len(x))
         # of an unknown that is 0, too: a double root is flat for less
         unit = np.maximum(abs(x), self.scale)
         steps = (way * weight / max(abs(way * weight) / unit) for way in ways)
@@ -318,7 +317,13 @@ class _FreeCurve:
     def _along(self, x: Array, way: Array) -> Array | None:
         """A point some distance away, on either side, at which every rule holds."""
         meant = float(abs(AWAY * way).max())
-        for there in self.projected(x + np.outer((AWAY, -AWAY), way)):
+        ahead: Array = x + np.outer((AWAY, -AWAY), way)
+        there: Array
+        for there in ahead:
+            point = self.problem.named(there.tolist())
+            if self.problem.holds(point) and self.problem.outside(point) is None:
+                return there
+        for there in self.projected(ahead):
             corrected = self._corrected(there)
             if (
                 corrected is not None
@@ -361,7 +366,7 @@ def beside(curve: BlockOutcome) -> Beside:
     return Beside(equations, curve.free, known)
 
 
-MOST_SUSPECTS = 12
+MOST_SUSPECTS = 48
 """The most answers that are checked for a curve; further ones count as isolated."""
 
 

@@ -91,3 +91,11 @@ def test_rules_that_agree_only_at_infinity_leave_no_curve_of_answers() -> None:
     )
     assert not result.diagnoses
     assert [(s["k"], s["y"]) for s in result.solutions] == [(1, 1), (1, -1)]
+
+
+def test_answers_on_a_curve_along_which_a_slope_is_infinite_are_not_listed() -> None:
+    """No flow over a flood plain: any water level up to it."""
+    rules = "A = 40*max(y - 2, 0)\nP = 2*(20 + max(y - 2, 0))\nQ = 0.5*A*(A/P)^(2/3)"
+    result = solver.solve(rulesheets.loads(rules), {"Q": 0.0})
+    assert result.status is Status.SINGULAR
+    assert result.undetermined == ("y",)
