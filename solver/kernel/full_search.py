@@ -296,8 +296,8 @@ class _FreeCurve:
         try:
             _, singular, right = np.linalg.svd(self._scaled(x)[0])
             ways = right[singular <= FREE * singular[0]]
-        except (ArithmeticError, ValueError):  # a slope is infinite: along an unknown, rules may hold all the same
-            ways = np.eye(len(x))
+        except (ArithmeticError, ValueError):
+            ways = np.eye(len(x))  # a slope is infinite: rules may hold along one unknown
         # of an unknown that is 0, too: a double root is flat for less
         unit = np.maximum(abs(x), self.scale)
         steps = (way * weight / max(abs(way * weight) / unit) for way in ways)

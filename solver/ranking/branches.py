@@ -153,20 +153,26 @@ def kept(
     onward = np.zeros((len(answers.planes), len(rows)), dtype=np.intp)
     steady = _along(inputs, counts, rows - 1, line, at)
     sizes = np.array([np.where(steady, counts[rows - 2], 0), counts[rows - 1], counts[rows]])
+    origin = np.full(len(rows), -1)
     for here in _alike(sizes):
         back, before, now = sizes[:, here[0]].tolist()
         source = heading = answers.points(rows[here] - 1, before)
         if back:
             earlier = answers.points(rows[here] - 2, back)
             nearest, _ = continued(source, earlier, turns)
+            if before == 1:
+                origin[here] = nearest[0]
             step = source - np.take_along_axis(earlier, nearest[None], axis=1)
             heading = source + without_turns(step, turns[:, None, None])
         nearest, clear = continued(heading, answers.points(rows[here], now), turns)
         onward[:before, here] = np.where(clear, nearest, 0)
     if not (onward[0].any() or any(known)):
         return chosen
-    for row, places_onward in zip(rows.tolist(), onward.T.tolist(), strict=True):
-        chosen[row] = place = places_onward[chosen[row - 1]]
+    told = zip(rows.tolist(), origin.tolist(), onward.T.tolist(), strict=True)
+    for row, came_from, places_onward in told:
+        # what is alone in a row between others is not kept after it if it was not before it
+        is_kept = came_from in (-1, chosen[row - 2])
+        chosen[row] = place = places_onward[chosen[row - 1]] if is_kept else 0
         if place and row in ends:
             chosen[row + 1 : ends[row]] = place
     return chosen

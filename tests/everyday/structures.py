@@ -250,3 +250,12 @@ def soil_pressure(z, zw, g1, gs, Ka):
 def response_spectrum(T, ag, W):
     Se = 2.5 * ag * 0.5 / T
     return {"Se": Se, "V": 0.85 * Se * W}
+
+
+@sheet("Terzaghi, after Taylor", "U > t, S > cv, U > H")
+def consolidation(H, cv, mv, dq, t):
+    Sf, Tv = mv * dq * 2 * H, cv * t / H**2
+    U = sqrt(4 * Tv / pi)
+    if U > 0.6:
+        U = 1 - 10 ** ((1.781 - Tv) / 0.933) / 100
+    return {"Sf": Sf, "Tv": Tv, "U": U, "S": U * Sf}

@@ -118,3 +118,14 @@ def test_a_long_sweep_shows_what_it_shows_in_one_piece(
         for name in plan.want:
             assert table[name] == pytest.approx(tables[0][name], rel=1e-9, abs=1e-9, nan_ok=True)
     assert set(tables[0].answers.tolist()) == {0, 2}
+
+
+def test_a_row_in_which_only_another_branch_has_an_answer_does_not_end_the_branch() -> None:
+    """Degree of consolidation: the rule for more than 0.6 begins a little above the end of the
+    other."""
+    rules = "if U <= 0.6 then T = pi/4*U^2 else T = 1.781 - 0.933*log10(100*(1 - U))"
+    times = np.linspace(0.4345, 0.1345, 11)
+    table = solver.sweep(rulesheets.loads(rules), {"T": times})
+    alone = table.answers == 1
+    assert alone.sum() == 1
+    assert (table["U"][~alone] > 0.0).all()
