@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from solver.facts import Conflict
+from solver.facts import Conflict, about
 from solver.kernel.emitter import enclose
 from solver.leaves import Asked, Branch, Exploration, Leaf
 from solver.numerics.tolerances import BACKWARD
@@ -250,7 +250,7 @@ def _possible(leaf: Leaf) -> bool:
 def cures(
     asked: Asked, names: Sequence[str], known: Mapping[str, float], patience: Patience
 ) -> tuple[tuple[str, Value], ...]:
-    """Inputs without which the rest can be solved, each with the value that then follows.
+    """Inputs without which nothing contradicts the rest, each with the value that then follows.
 
     Newton's method from the ``known`` values, those of the contradiction, comes first.
     """
@@ -261,16 +261,24 @@ def cures(
         rest = {n: v for n, v in asked.inputs.items() if n != name}
         without = asked._replace(inputs=rest, guesses=known)
         tried = patience.shown(explore(without, brief=True, nearby=nearby))
-        solved = (
-            leaf.branch.values for leaf in tried.leaves if leaf.solved and not unsettled(leaf)
+        possible = (
+            leaf.branch.values
+            for leaf in tried.leaves
+            if not (leaf.conflicts or leaf.branch.blank or _is_open(without, leaf, name))
         )
-        values = [one[name] for one in solved if name in one]
+        values = [one[name] for one in possible if name in one]
         given, numbers = asked.inputs[name], [value for value in values if isinstance(value, float)]
         if isinstance(given, float) and numbers:
             values = [min(numbers, key=lambda number: abs(number - given))]
         if values:
             found[name] = values[0]
     return tuple((name, found[name]) for name in names if name in found)
+
+
+def _is_open(asked: Asked, leaf: Leaf, name: str) -> bool:
+    """Whether the value of a name rests on a double root, or on rounding."""
+    rules, _ = derivation(asked, leaf, (), (name,))
+    return any(not {*about(fact)}.isdisjoint(rules) for fact in unsettled(leaf))
 
 
 class Bound(NamedTuple):
