@@ -335,13 +335,14 @@ class TearSearch:
         """After the search: an interval of the tear on which every point is an answer (``int(x) =
         3``). Answers found on it are no longer listed."""
         for place, low, high in self.flat or self._plateaus():
-            nearest = min(abs(low), abs(high)) if low * high > 0.0 else 0.0
-            if self.problem.is_far_out({self.tear: nearest}):
-                continue
+            far = self.problem.is_far_out({self.tear: min(low, high, key=abs)}) and low * high > 0.0
+            if far:  # terms are absorbed there, unless the rules hold at the usual sizes as well
+                low, high = sorted(math.copysign(self._size, low) * share for share in (1.0, 2.0))
             # next to nothing beyond both ends, too, it grows from 0 as that of a multiple root,
             # where one that leaves a plateau jumps or bends
             beyond = [self._along(place, end) for end in (low - (high - low), high + (high - low))]
-            if all(point is not None and self.candidates.nearly(point) for point in beyond):
+            near = all(point is not None and self.candidates.nearly(point) for point in beyond)
+            if near and not far:
                 continue
             first, second = (self._along(place, x) for x in _inside(low, high, self._size))
             apart = first and second and first[self.tear] != second[self.tear]
