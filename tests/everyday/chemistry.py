@@ -351,3 +351,14 @@ def peng_robinson(T, Tc, pc, om, R):
         "vL": ZL * R * T / p,
         "vV": ZV * R * T / p,
     }
+
+
+@sheet(OWN, "Na1 > c0, Cl2 > z, dE > T, Cl1 > V2")
+def donnan(cP, z, c0, V1, V2, T):
+    def outside(Cl1):
+        return c0 - V1 / V2 * Cl1
+
+    Cl1 = root(lambda c: (c - z * cP) * c - outside(c) ** 2, 0, V2 * c0 / V1)
+    Na1, Na2 = Cl1 - z * cP, outside(Cl1)
+    dE = 8.314 * T / 96485 * log(Na2 / Na1)
+    return {"Na1": Na1, "Cl1": Cl1, "Na2": Na2, "Cl2": Na2, "dE": dE}

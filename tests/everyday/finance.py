@@ -250,3 +250,20 @@ def stamp_duty(price):
     slices = ((250000, 0.05), (925000, 0.05), (1500000, 0.02))
     duty = sum(rate * max(price - start, 0) for start, rate in slices)
     return {"duty": duty, "total": price + duty, "rate": duty / price}
+
+
+@sheet(OWN, "EV > g, wacc > D, ke > bu, E > FCF, lev bl > D tax")
+def circular_wacc(FCF, g, D, rf, mrp, bu, kd, tax):
+    """The value cancels from its rules but for a sum of debt and unlevered equity."""
+    unlevered = rf + bu * mrp
+    EV = (FCF + D * (unlevered - bu * (1 - tax) * mrp - kd * (1 - tax))) / (unlevered - g)
+    E = EV - D
+    bl = bu * (1 + (1 - tax) * D / E)
+    return {
+        "EV": EV,
+        "E": E,
+        "bl": bl,
+        "ke": rf + bl * mrp,
+        "wacc": FCF / EV + g,
+        "lev": D / EV,
+    }

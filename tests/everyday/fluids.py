@@ -390,3 +390,18 @@ def pump_system(H0, a_p, Hstat, Lp, D, f, Ksum, eta):
     Q = root(surplus, 1, 60)
     Hp = H0 - a_p * Q**2
     return {"Q": Q, "Hp": Hp, "V": speed(Q), "P_shaft": 9.81 * Q / 1000 * Hp / (eta / 100)}
+
+
+@sheet(OWN, "Q > Kv, Q > p2, sigma > p1, dpmax > FL")
+def control_valve(p1, p2, pv, pc, FL, rho, Kv):
+    FF = 0.96 - 0.28 * sqrt(pv / pc)
+    dp, dpmax = p1 - p2, FL**2 * (p1 - FF * pv)
+    dps = min(dp, dpmax)
+    return {
+        "FF": FF,
+        "dpmax": dpmax,
+        "dp": dp,
+        "dps": dps,
+        "Q": Kv * sqrt(dps / rho),
+        "sigma": (p1 - pv) / dp,
+    }

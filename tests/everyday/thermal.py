@@ -396,3 +396,36 @@ def roast(T0, Toven, Tdone, L, alpha, h, k):
     C1 = 4 * sin(zeta) / (2 * zeta + sin(2 * zeta))
     Fo = -log((Tdone - Toven) / (T0 - Toven) / C1) / zeta**2
     return {"Bi": Bi, "zeta": zeta, "C1": C1, "Fo": Fo, "t": Fo * L**2 / alpha / 60}
+
+
+@sheet(
+    OWN,
+    "eta > eps, m > r, T9 > etat, bwr eta > T8 eps",
+)
+def gas_turbine(T1, T3, T6, T8, r, k, cp, etac, etat, eps, Wnet):
+    hotter = sqrt(r) ** ((k - 1) / k)
+    T2s, T4s, T7s, T9s = T1 * hotter, T3 * hotter, T6 / hotter, T8 / hotter
+    T2, T4 = T1 + (T2s - T1) / etac, T3 + (T4s - T3) / etac
+    T7, T9 = T6 - etat * (T6 - T7s), T8 - etat * (T8 - T9s)
+    T5 = T4 + eps * (T9 - T4)
+    wc, wt = cp * (T2 - T1 + T4 - T3), cp * (T6 - T7 + T8 - T9)
+    qin = cp * (T6 - T5 + T8 - T7)
+    return {
+        "rs": sqrt(r),
+        "T2s": T2s,
+        "T2": T2,
+        "T4s": T4s,
+        "T4": T4,
+        "T5": T5,
+        "T7s": T7s,
+        "T7": T7,
+        "T9s": T9s,
+        "T9": T9,
+        "wc": wc,
+        "wt": wt,
+        "qin": qin,
+        "wnet": wt - wc,
+        "bwr": wc / wt,
+        "eta": (wt - wc) / qin,
+        "m": Wnet / (wt - wc),
+    }
