@@ -30,7 +30,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import gross, sides
+from solver.accuracy.rule_sides import gross, half_unit, sides
 from solver.facts import (
     AsksNothing,
     Conflict,
@@ -47,9 +47,10 @@ from solver.facts import (
 from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, indeterminacy, unmet
 from solver.numerics.linear_algebra import null_direction
-from solver.numerics.tolerances import BACKWARD, SAME_VALUE
+from solver.numerics.tolerances import BACKWARD, NEIGHBOURS, ROUGHLY, SAME_VALUE
 from solver.path import activity, known_rules
 from solver.path.cases import outcomes
+from solver.path.planner import planner
 from solver.solution.explore import explore
 from solver.solution.remedy import Patience
 from solver.solution.verdict import Verdict, explore_refined, explore_required, judge
@@ -387,6 +388,43 @@ def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
         if ends and clear and not any(check.holds or check.delicate for check in checks):
             conflict = Conflict((rule.index,), checks[0].miss, ends[0].branch.values)
             return Verdict(Status.INCONSISTENT, (ends[0],), (conflict,))
+    return None
+
+
+def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploration | None:
+    """The answers of the rules without a given number that they give back to its last places; None
+    if there is none, or if all that was found ``missed`` a rule by far.
+
+    A number that was copied from an answer carries its rounding, which the rules may amplify.
+    """
+    facts = [fact for leaf in missed.contradicted for fact in leaf.conflicts]
+    conflicts, rules = [fact for fact in facts if isinstance(fact, Conflict)], asked.model.equations
+    slight = any(
+        fact.miss is not None
+        and abs(fact.miss)
+        <= ROUGHLY * max(gross(rules[index], fact.values) for index in fact.equations)
+        for fact in conflicts
+    )
+    if conflicts and not slight:
+        return None
+    for name, number in asked.inputs.items():
+        if not isinstance(number, float) or not half_unit(number):
+            continue
+        others = {other: given for other, given in asked.inputs.items() if other != name}
+        if name in planner(asked.model).path(frozenset(others), {}).undetermined:
+            continue
+        want = asked.want and (*asked.want, name)
+        free = asked._replace(inputs=others, want=want, judged=(*asked.judged, name))
+        found = explore_required(free, always=prove)
+        leaves = []  # those that have the number up to a unit in its last place, with it
+        for leaf in (leaf for leaf in found.leaves if leaf.solved):
+            told = leaf.branch.values[name]
+            leaf = leaf.but(values={**leaf.branch.values, name: number})
+            near = isinstance(told, float) and abs(told - number) <= NEIGHBOURS * abs(number)
+            if near and not _conflicts(asked.model, leaf):
+                leaves.append(leaf)
+        if leaves:
+            return replace(found, leaves=tuple(leaves))
     return None
 
 

@@ -272,6 +272,11 @@ def conclude(
     """The verdict on what was ``found``, or on what was found after rules were read again, the
     exploration that it is about, and the model as it was read for it."""
     verdict = judge(asked, found)
+    if verdict.status not in (Status.SOLVED, Status.PARTIAL):
+        from solver.solution.reread import without_copies
+
+        if (agreeing := without_copies(asked, found, prove)) is not None:
+            found, verdict = agreeing, judge(asked, agreeing)._replace(reread=True)
     settled = verdict.status in (Status.SOLVED, Status.INCONSISTENT) and not limits
     if settled and not any(outcome.holes for outcome in found.outcomes.values()):
         return verdict, found, asked.model
