@@ -32,7 +32,7 @@ def rule(text: str):
     return read(text).rules[0].body
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=30, deadline=None)
 @given(sheets)
 def test_a_formatted_sheet_reads_back_as_itself(sheet: RuleSheet) -> None:
     assert read(format_sheet(sheet)) == sheet

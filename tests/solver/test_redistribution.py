@@ -32,25 +32,25 @@ def assert_comes_back(of: Sheet, choice: Choice) -> None:
     assert_true_success(of, result)
 
 
-@pytest.mark.parametrize("seed", [2, 3, 6, 7, 15, 17, 23, 28, 30, 31, 34])
+@pytest.mark.parametrize("seed", [2, 6, 15, 23, 30, 34])
 def test_any_inputs_of_the_sheet_as_printed(seed: int) -> None:
     of = sheet(AS_PRINTED)
     assert_comes_back(of, well_posed_choice(of, of.posted, seed))
 
 
-@pytest.mark.parametrize("seed", [0, 1, 8, 10, 11, 13, 18, 19, 25, 38])
+@pytest.mark.parametrize("seed", [0, 8, 11, 18, 25])
 def test_any_inputs_of_the_sheet_without_slopes(seed: int) -> None:
     of = sheet(SLOPE_FREE)
     assert_comes_back(of, well_posed_choice(of, of.posted, seed))
 
 
-@pytest.mark.parametrize("seed", [4, 9, 11, 12, 22, 24, 30, 36, 38])
+@pytest.mark.parametrize("seed", [4, 11, 22, 30, 36])
 def test_any_inputs_locals_included_as_printed(seed: int) -> None:
     of = sheet(AS_PRINTED)
     assert_comes_back(of, well_posed_choice(of, of.numbers, seed))
 
 
-@pytest.mark.parametrize("seed", [5, 12, 15, 18, 20, 23, 24, 25, 38])
+@pytest.mark.parametrize("seed", [5, 15, 20, 24, 38])
 def test_any_inputs_locals_included_without_slopes(seed: int) -> None:
     of = sheet(SLOPE_FREE)
     assert_comes_back(of, well_posed_choice(of, of.numbers, seed))

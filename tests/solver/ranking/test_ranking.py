@@ -424,7 +424,7 @@ def field(count: int, rule: str, left: float, right: float, **known: float) -> s
     return "\n".join([*lines, *(rule.format(a=a, b=b, c=c) for a, b, c in around)]) + "\n"
 
 
-@pytest.mark.parametrize(("count", "strength"), [(3, 2.0), (5, 3.0)])
+@pytest.mark.parametrize(("count", "strength"), [(3, 2.0), (4, 3.0)])
 def test_a_field_is_the_one_that_grows_from_rest(count: int, strength: float) -> None:
     """Bratu's equation, u'' + k exp(u) = 0, and a membrane that is drawn down, u'' = k/(1 - u)^2:
     of their answers the one that k leads to from 0, where u is 0 everywhere."""

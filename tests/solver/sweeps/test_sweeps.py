@@ -379,13 +379,13 @@ def test_rows_and_calls_beyond_reach_have_the_status_of_their_solves() -> None:
     """From 14 rad/s down no size of the link gives the speed that is asked for."""
     model = rulesheets.load(ROOT / "models" / "oscillating_cylinder" / "model.tk")
     given = {"xs": solver.solve(model).solutions[0]["xs"], "BO": None}
-    speeds = np.array([16.0, *np.linspace(12.0, 5.0, 8), 15.0])
+    speeds = np.array([16.0, *np.linspace(12.0, 5.0, 3), 15.0])
     plan = solver.prepare(model, ["omegaBO"], given=given)
     table = plan.sweep(speeds)
     alone = [
         str(solver.solve(model, {**given, "omegaBO": speed}).status) for speed in speeds.tolist()
     ]
-    assert [WORDS[code] for code in table.status] == alone == ["solved", *["failed"] * 8, "solved"]
+    assert [WORDS[code] for code in table.status] == alone == ["solved", *["failed"] * 3, "solved"]
     for speed in (9.5, 5.5):
         with pytest.raises(solver.Unsolved) as refused:
             plan(speed)
