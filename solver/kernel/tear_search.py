@@ -421,8 +421,10 @@ class TearSearch:
 
     def _is_absorbed(self, place: int, x: float) -> bool:
         """Whether the residual is 0 only because floats as large as x absorb its other terms."""
-        far = self.problem.is_far_out({self.tear: x})
-        return far and not vanishes(self.kernel.chains[place], x, self.known)
+        chain = self.kernel.chains[place]
+        return self.problem.is_far_out({self.tear: x}) and (
+            not vanishes(chain, x, self.known) or tends_to_zero(chain, (x,), self.known)
+        )
 
     def _candidate(self, place: int, root: float) -> None:
         point = self._along(place, root)

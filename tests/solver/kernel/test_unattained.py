@@ -46,6 +46,7 @@ def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
         "x*(sqrt(1 + 1/x^2) - 1) = 0",
         "y = 3*(1 + erf((x - 5)/2))/2\nq = y + 2\nq = 5",
         "y = 4\nu = 4*x + 1\nw = erfc(u)\ny = 0.5*w + 4",
+        "y = 8*tanh(min(x, 2*x + 1))\ny = -8",
     ],
 )
 def test_a_limit_at_infinity_is_neither_an_answer_nor_leaves_the_unknown_free(rules: str) -> None:
