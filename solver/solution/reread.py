@@ -30,7 +30,7 @@ from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import gross, half_unit, sides
+from solver.accuracy.rule_sides import gross, half_unit
 from solver.facts import (
     AsksNothing,
     Conflict,
@@ -46,7 +46,6 @@ from solver.facts import (
 )
 from solver.kernel.step import OTHERWISE
 from solver.leaves import Asked, Exploration, Leaf, indeterminacy, unmet
-from solver.numerics.linear_algebra import null_direction
 from solver.numerics.tolerances import BACKWARD, NEIGHBOURS, ROUGHLY, SAME_VALUE
 from solver.path import activity, known_rules
 from solver.path.cases import outcomes
@@ -433,8 +432,7 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
 # A product with a factor that is 0 at known values does not depend on its other factor, so a rule
 # with such a product does not relate that unknown to the others. Without the product the rules may
 # determine the unknown: at dead centre the slider's acceleration gives the speed of the crank,
-# which its velocity does not. Similarly, of rules of a block that are dependent at these values one
-# is left out.
+# which its velocity does not.
 
 
 def without_vanishing_factors(
@@ -450,7 +448,6 @@ def without_vanishing_factors(
     inactive = [fact for leaf in found.leaves for fact in leaf.branch.reasons]
     if not any(isinstance(fact, RankLoss | AsksNothing) for fact in inactive):
         return None
-    lost = (fact for fact in inactive if isinstance(fact, RankLoss))
     model, first = asked.model, found.leaves[0].branch.values
     values = {  # numbers that all leaves have
         name: value
@@ -459,11 +456,8 @@ def without_vanishing_factors(
         and all(leaf.branch.values.get(name) == value for leaf in found.leaves)
     }
     reduced, open_ = _reduced(model, values)
-    repeated = {place for fact in lost if (place := _repeated(model, fact)) is not None}
-    if not open_ and not repeated:
+    if not open_:
         return None
-    left = (e.but(nodes.ZERO, nodes.ZERO) if e.index in repeated else e for e in reduced.equations)
-    reduced = replace(reduced, equations=tuple(left))
     again = explore_refined(asked._replace(model=reduced), always)
     checked = [replace(leaf, conflicts=_conflicts(model, leaf)) for leaf in again.leaves]
     refused = (leaf for leaf in checked if leaf.conflicts)
@@ -472,7 +466,7 @@ def without_vanishing_factors(
         leaves=tuple(leaf for leaf in checked if not leaf.conflicts),
         contradicted=(*again.contradicted, *refused),
     )
-    told = judge(asked._replace(model=reduced), again)._replace(reread=bool(open_))
+    told = judge(asked._replace(model=reduced), again)._replace(reread=True)
     if told.status not in (Status.INFEASIBLE, Status.INCONSISTENT):
         if not again.leaves:
             return None
@@ -511,22 +505,6 @@ def _conflicts(model: Model, leaf: Leaf) -> tuple[Fact, ...]:
     return tuple(
         Conflict((rule.index,), check.miss, values) for rule, check in checks if not check.holds
     )
-
-
-def _repeated(model: Model, fact: RankLoss) -> int | None:
-    """A rule of a block that follows from its others, to first order: the one with the largest
-    share."""
-    try:
-        slopes = [sides(model.equations[index], fact.point).slopes for index in fact.equations]
-    except Undefined:
-        return None
-    rows = [[slope.get(n, 0.0) for n in fact.direction] for slope in slopes]
-    sizes = [max(map(abs, row), default=0.0) for row in rows]
-    if not all(sizes):
-        return None
-    unit = [[entry / size for entry in row] for row, size in zip(rows, sizes, strict=True)]
-    shares = null_direction(list(zip(*unit, strict=True)), [1.0] * len(rows))
-    return fact.equations[max(range(len(shares)), key=lambda place: abs(shares[place]))]
 
 
 def _reduced(model: Model, values: Mapping[str, float]) -> tuple[Model, tuple[AsksNothing, ...]]:
