@@ -21,7 +21,6 @@ from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quoti
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
-from solver.kernel.emitter import enclose
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
@@ -536,7 +535,7 @@ class StepSolver:
         self, principal: float, period: float, rest: tuple[Stage, ...], bent: int
     ) -> Iterable[int]:
         """For a rest that is not affine from stage ``bent`` on: all that the image of that stage
-        admits, or that a finite range of the unknown can lead to; else the first of a few."""
+        admits; else those of a few that lead into a finite range of the unknown, or the first."""
         low, high = rest[bent].low, rest[bent].high
         if math.isfinite(low) and math.isfinite(high):
             foot = self._through(principal, rest[:bent])
@@ -559,22 +558,10 @@ class StepSolver:
                 return False
             return any(low - slack <= number <= high + slack for number in found)
 
-        few = range(-FEW_TURNS, FEW_TURNS + 1)
-        if not (math.isfinite(low) and math.isfinite(high)):
-            self.complete = False
-            return (next(filter(leads_inside, sorted(few, key=abs)), 0),)
-        depth = len(self.isolation.stages) - len(rest)
-        box = {n: (float(v), float(v)) for n, v in self.floats.items() if not isinstance(v, str)}
-        from solver.path.isolate import operand
-
-        left = operand(self.equation.left, self.equation.right, self.unknown, depth)
-        ends = [
-            (end - principal) / period for end in enclose(left, {**box, self.unknown: (low, high)})
-        ]
-        if not ends[1] - ends[0] <= MAX_TURNS:
-            self.complete = False
+        self.complete, few = False, range(-FEW_TURNS, FEW_TURNS + 1)
+        if math.isfinite(low) and math.isfinite(high):
             return filter(leads_inside, few)
-        return filter(leads_inside, range(_floor(ends[0]), 1 - _floor(-ends[1])))
+        return (next(filter(leads_inside, sorted(few, key=abs)), 0),)
 
     def _through(self, target: float, stages: tuple[Stage, ...]) -> float:
         """The target after undoing stages with one preimage each."""

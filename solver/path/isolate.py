@@ -77,17 +77,6 @@ def _with_one_sign(node: Expression, unknown: str) -> Expression:
     return rebuilt(node, tuple(_with_one_sign(part, unknown) for part in nodes.children(node)))
 
 
-def operand(left: Expression, right: Expression, unknown: str, depth: int) -> Expression:
-    """The part of an equation, isolable by stages, that holds the unknown under its outermost
-    operations."""
-    node = left if unknown in nodes.names(left) else right
-    for _ in range(depth):
-        undone = _undo(node, unknown)
-        assert undone is not None
-        node = undone[1]
-    return node
-
-
 def _stages(node: Expression, unknown: str) -> list[Stage] | None:
     """The stages that undo an expression, one operation after another; None if there are none."""
     stages: list[Stage] = []

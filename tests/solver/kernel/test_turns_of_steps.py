@@ -46,6 +46,10 @@ CASES: dict[str, tuple[str, Callable[[float], float], float, float]] = {
 }
 
 
+UNCOUNTED = ("sine of an exponential", "sine of a square", "sine of a reciprocal")
+"""Of these the nearest 40 turns are tried, and not known to be all."""
+
+
 @pytest.mark.parametrize("case", CASES)
 def test_every_preimage_in_the_range(case: str) -> None:
     rule, function, low, high = CASES[case]
@@ -55,7 +59,7 @@ def test_every_preimage_in_the_range(case: str) -> None:
     signs = np.sign([function(x) for x in grid])
     crossings = [(grid[i], grid[i + 1]) for i in np.flatnonzero(signs[:-1] * signs[1:] < 0)]
     assert str(result.status) == "solved"
-    assert result.complete
+    assert result.complete == (case not in UNCOUNTED)
     assert len(found) == len(crossings)
     assert all(a <= x <= b for x, (a, b) in zip(found, crossings, strict=True))
 
