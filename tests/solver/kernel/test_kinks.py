@@ -62,3 +62,19 @@ def test_a_value_below_a_jump_that_is_not_reached_is_none() -> None:
     rules = rulesheets.loads("n = min(2, 1 + step(load, 10))\neach = load/n")
     assert [s["load"] for s in solver.solve(rules, {"each": 10.0}).solutions] == [20.0]
     assert len(solver.solve(rules, {"each": 5.0}).solutions) == 2
+
+
+def test_equal_capacity_flows_are_no_double_root() -> None:
+    """Beside the kink of a minimum and a maximum the heat flow changes to first order."""
+    rules = """
+Q = eps*min(Ch, Cc)*(90 - 20)
+Cr = min(Ch, Cc)/max(Ch, Cc)
+eps = 1 - exp(-(1 - exp(-NTU*Cr))/Cr)
+NTU = 4/min(Ch, Cc)
+Ch = 2
+"""
+    model = rulesheets.loads(rules)
+    heat = solver.solve(model, {"Cc": 2.0})["Q"]
+    result = solver.solve(model, {"Q": heat})
+    assert str(result.status) == "solved"
+    assert [answer["Cc"] for answer in result.solutions] == [2.0]
