@@ -91,8 +91,8 @@ class Point(NamedTuple):
 
 SHORTEST = 1e-6
 """The least damping factor."""
-POLISH, HALVINGS = 12, 60
-"""Full steps to the end of fast contraction, and to show that a slow end is a multiple root."""
+POLISH = 12
+"""Full steps to the end of fast contraction."""
 SLOW = 6
 """So many full steps without fast contraction distinguish a multiple root from a simple one."""
 
@@ -293,38 +293,13 @@ class Search:
         return Outcome.SINGULAR_JACOBIAN if self._degenerate() else otherwise
 
     def _degenerate(self) -> bool:
-        """At a multiple root the Newton step is short although it contracts slowly, and full steps
-        lower the residual down to rounding: to a quarter at a double one, (1 - 1/m)^m at one of
-        multiplicity m. At a minimum of |F| the step is long, or leaves the residual unchanged. At a
-        root at which rounding in F keeps the residual up, the Jacobian is the same at both ends."""
-        for _ in range(HALVINGS):
-            p = self.point
-            if p.norm(p.step) > DEGENERATE or not p.explains():
-                return False
-            sizes = row_sizes(p.jacobian, p.weight)
-            if (np.abs(p.residual) <= VANISHING * sizes).all():  # the rows themselves vanish with x
-                return True
-            following = self.at(p.x + p.step)
-            if following is None:
-                return False
-            if _is_straight(p, following):
-                return True
-            if not np.abs(following.residual).max() <= 0.5 * np.abs(p.residual).max():
-                return False
-            self._advance(following)
-        return False
-
-
-def _is_straight(p: Point, following: Point) -> bool:
-    """Whether F is so straight along a short full step that a simple root is near
-    (Newton–Kantorovich): |J⁻¹ (J' - J) dx| is far below |dx|. It is |dx| / 2 at a double root, and
-    more at a minimum of |F|."""
-    norm = p.norm(p.step)
-    if norm > STAGNATION or p.factor.rank < p.factor.columns:
-        return False
-    return (
-        p.norm(p.factor.solution(following.jacobian @ p.step - p.jacobian @ p.step)) <= FAST * norm
-    )
+        """Whether the rows themselves vanish with x at the end of a short step, as at a multiple
+        root. At a minimum of |F| the step is long, or leaves the residual unchanged."""
+        p = self.point
+        if p.norm(p.step) > DEGENERATE or not p.explains():
+            return False
+        sizes = row_sizes(p.jacobian, p.weight)
+        return bool((np.abs(p.residual) <= VANISHING * sizes).all())
 
 
 TRUST_REGIONS = ("lm", "hybr")

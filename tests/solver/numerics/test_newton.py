@@ -76,26 +76,6 @@ def test_double_root_is_singular_and_found_to_half_the_digits(start: float) -> N
     assert x == pytest.approx(1.0, abs=1e-6)
 
 
-def test_rounding_in_a_rule_hides_no_root() -> None:
-    """A heat exchanger whose capacity flows differ by 1e-5: the difference of exponentials is
-    noise."""
-    ratio = 1 - 1.144e-5
-    gap = 1 - ratio
-
-    def miss(x: float) -> float:
-        left = math.exp(-x * gap)
-        return 0.6 - (1 - left) / (1 - ratio * left)
-
-    def slope(x: float) -> float:
-        left = math.exp(-x * gap)
-        return -gap * left * (1 - ratio) / (1 - ratio * left) ** 2
-
-    for start in (1.4999871301818883, 1.499987130134082, 1.49998713013967):
-        x, outcome = scalar(miss, slope, start)
-        assert outcome.found
-        assert x == pytest.approx(-math.log(0.4 / (1 - 0.6 * ratio)) / gap, rel=1e-9)
-
-
 def test_redundant_equations_are_not_an_isolated_answer() -> None:
     result = newton(lambda x: [sum(x) - 26, 2 * sum(x) - 52], lambda x: [[1, 1], [2, 2]], [1, 1])
     assert result.outcome is Outcome.SINGULAR_JACOBIAN
