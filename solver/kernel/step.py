@@ -159,7 +159,9 @@ class StepSolver:
             if undefined.overflow:
                 fact = BeyondFloats(self.index, self.unknown)
             delicate = undefined.overflow or self.delicate or self._on_the_edge(undefined)
-            outcome = StepOutcome(fact=fact, delicate=delicate)
+            outcome = StepOutcome(
+                fact=fact, complete=not undefined.overflow, delicate=delicate
+            )  # a value beyond floats is an answer all the same
         else:
             if len(found) == 1 and isinstance(found[0], str):
                 return StepOutcome((found[0],))
@@ -251,7 +253,9 @@ class StepSolver:
             # misses by
             lost = lost or (miss is not None and abs(miss) <= abs(slope) * math.ulp(float(number)))
         if lost:
-            return StepOutcome(fact=BeyondFloats(self.index, self.unknown), delicate=True)
+            return StepOutcome(
+                fact=BeyondFloats(self.index, self.unknown), complete=False, delicate=True
+            )
         if not self.complete:
             return self._unproven(delicate)
         others = " or ".join(name for name in self.equation.names if name != self.unknown)

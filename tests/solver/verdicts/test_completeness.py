@@ -43,6 +43,14 @@ def test_endless_roots_are_not_claimed_to_be_all() -> None:
     assert [gap.code for gap in result.gaps] == ["S593"]
 
 
+def test_an_answer_beyond_floats_is_not_said_to_be_none() -> None:
+    """At x = 3 the power is 1e600."""
+    result = solved("(x - 3)*(x + 1) = 0\ny = 10^(200*x)")
+    assert [solution["x"] for solution in result.solutions] == [-1.0]
+    assert not result.complete
+    assert "other values of y" in result.gaps[0].message
+
+
 def test_range_lists_the_answers_there() -> None:
     """As the note says."""
     result = solved("variables\nx in [600, 640]\ny = 0\nrules\ny = y0(x)")
