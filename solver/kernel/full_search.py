@@ -161,8 +161,8 @@ def _arrivals(
 
 
 def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
-    """Half of the starts along the chains, the others with every unknown independent; half of
-    these positive after the first round, as most quantities are."""
+    """Starts along the chains, as many with every unknown independent; after the first round also
+    as many positive ones, as most quantities are."""
     sizes = problem.named(problem.sizes.tolist())
 
     def points(names: Sequence[str]) -> Array:
@@ -173,11 +173,12 @@ def starts_of(problem: BlockProblem, first: int, last: int) -> Array:
     with np.errstate(all="ignore"):
         along = problem.kernel.arrays.starts(problem.known, points(problem.kernel.block.tears))
     apart = points(problem.unknowns)
+    starts = [np.where(np.isfinite(along), along, apart), apart]
     if first:
         ends = map(problem.domain, problem.unknowns)
         signed = [low == -math.inf and high == math.inf for low, high in ends]
-        apart = np.where(signed, abs(apart), apart)
-    return np.concatenate([np.where(np.isfinite(along), along, apart), apart])
+        starts.append(np.where(signed, abs(apart), apart))
+    return np.concatenate(starts)
 
 
 def _distinct(problem: BlockProblem, ends: Array, known: Sequence[Array]) -> list[Array]:
