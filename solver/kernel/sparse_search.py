@@ -8,12 +8,17 @@ from functools import partial
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
+from numpy.typing import NDArray
 
+from rulesheets.model import Equation
 from rulesheets.syntax.nodes import (
     Expression,
     Name,
+    Negative,
     Product,
+    Quotient,
     Sum,
+    calls,
     walk,
 )
 from solver.accuracy.rule_sides import MANY
@@ -110,6 +115,9 @@ def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
     return next(filter(problem.holds, points), None)
 
 
+_EXPONENTIALS = frozenset({"exp", "sinh", "cosh"})
+
+
 class Start(NamedTuple):
     """A point (n,) to start from, the ``sizes`` (n,) of the unknowns, and options of
     ``sparse_newton``."""
@@ -146,9 +154,13 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     turns = np.array([problem.turn(name) or math.nan for name in names])
     guessed, turning = np.abs([guesses.get(name, 0.0) for name in names]), ~np.isnan(turns)
 
-    balanced = nearly_balanced(problem.kernel.alike, names, known)
-    sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
-    inside = np.clip(np.where(turning, 0.0, sizes), low, high)
+    def positive(sharing: bool) -> tuple[Array, Array]:
+        """Positive numbers, but 0 for angles, that nearly balance the rules, and their sizes."""
+        balanced = nearly_balanced(problem.kernel.alike, names, known, sharing)
+        sizes = np.where(guessed > 0.0, guessed, np.where(turning, turns / 4, balanced))
+        return np.clip(np.where(turning, 0.0, sizes), low, high), sizes
+
+    inside, sizes = positive(sharing=True)
     if guesses:
         guess = np.array([guesses.get(n, v) for n, v in zip(names, inside, strict=True)])
         yield Start(guess, sizes)
@@ -158,9 +170,15 @@ def _sparse_starts(problem: BlockProblem, guesses: Mapping[str, float]) -> Itera
     yield Start(ones, sizes, positive=True)
     if len(names) > FEW:
         yield Start(np.clip(BELOW * inside, low, high), sizes, positive=True)
+        whole, alike = positive(sharing=False)
+        yield Start(whole, alike, positive=True)
+        yield Start(whole, alike)
         yield Start(np.clip(LARGE * inside, low, high), sizes, positive=True)
     yield Start(ones, sizes)
     yield Start(inside, sizes)
+    utilities = _exponents(problem)
+    if utilities.any():
+        yield Start(np.clip(np.where(utilities, 0.0, inside), low, high), sizes)
     flat = _smooth(problem, inside)
     if flat is not None:
         yield Start(explicit(flat), sizes)
@@ -225,3 +243,31 @@ def _differences(form: Expression) -> Iterator[tuple[list[_Term], float]]:
         elif count == 1 and len(terms) == 2 and (min(terms[0][0], terms[1][0]) < 0.0):
             one, (sign, _, number) = terms
             yield [one, (-one[0], None, number)], -one[0] * sign
+
+
+def _exponents(problem: BlockProblem) -> NDArray[np.bool_]:
+    """Which unknowns (n,) occur in sums that are exponents of e: utilities, potentials. These may
+    have either sign, and only the size 1."""
+    place = {name: i for i, name in enumerate(problem.unknowns)}
+    rules, found = problem.kernel.alike, np.zeros(len(place), dtype=bool)
+    columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
+    for family in rules.families:
+        for name in dict.fromkeys(_terms_of_exponents(family.first)):
+            mine = columns[family.columns[family.first.names.index(name)]]
+            found[mine[mine >= 0]] = True
+    return found
+
+
+def _terms_of_exponents(rule: Equation) -> Iterator[str]:
+    found = (call for call in calls(*rule.sides) if call.function in _EXPONENTIALS)
+    waiting = [call.arguments[0] for call in found]
+    while waiting:
+        match waiting.pop():
+            case Name(name):
+                yield name
+            case Sum(terms):
+                waiting += terms
+            case Negative(one) | Quotient(one, _):
+                waiting.append(one)
+            case Product(one, other):
+                waiting += (one, other)

@@ -10,7 +10,7 @@ unchanged tell which quantities are of one kind (E. Buckingham, *On physically s
 from __future__ import annotations
 
 import math
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import log10, pi
@@ -102,8 +102,13 @@ def _sparse(matrix: Vector) -> list[Slopes]:
     return [[(place, slope) for place, slope in enumerate(row) if slope] for row in matrix.tolist()]
 
 
-def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, float]) -> Vector:
+def nearly_balanced(
+    rules: Alike, unknowns: Sequence[str], known: Mapping[str, float], sharing: bool = True
+) -> Vector:
     """Sizes (n,) of the unknowns of a large block that approximately balance its rules.
+
+    The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of
+    branches.
 
     Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
@@ -119,7 +124,7 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
         mine, given = columns[family.columns], numbers[family.columns]
         every = np.concatenate([np.where(mine < 0, given, np.nan), family.numbers])
         for zero, chosen in same_columns(every == 0.0):
-            matrix, constants = _balance_of_shape(family.first, len(mine), zero)
+            matrix, constants = _balance_of_shape(family.first, len(mine), zero, sharing)
             count, (height, width) = len(chosen), rows
             # the column of each name and number; -1 where known
             at = np.full((matrix.shape[1], count), -1)
@@ -147,7 +152,9 @@ def nearly_balanced(rules: Alike, unknowns: Sequence[str], known: Mapping[str, f
     return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))
 
 
-def _balance_of_shape(rule: Equation, names: int, zero: NDArray[np.bool_]) -> tuple[Vector, Vector]:
+def _balance_of_shape(
+    rule: Equation, names: int, zero: NDArray[np.bool_], sharing: bool
+) -> tuple[Vector, Vector]:
     """The equations between decades of rules of one shape: their matrix, with a column for each of
     their ``names``, each number in their text, and each number of free size, and constants. Some
     are ``zero``."""
@@ -156,6 +163,7 @@ def _balance_of_shape(rule: Equation, names: int, zero: NDArray[np.bool_]) -> tu
         every,
         {name for name, none in zip(every, zero, strict=True) if none},
         cancelling=True,
+        sharing=sharing,
     )
     shape, _ = shape_of(rule)
     read.read(rule.but(shape.left, shape.right))
@@ -195,9 +203,10 @@ class _Balances:
         exact: bool = False,
         cancelling: bool = False,
         nodes: frozenset[str] = frozenset(),
+        sharing: bool = False,
     ) -> None:
         self.vanishing, self.nodes = vanishing, nodes
-        self.exact, self.cancelling = exact, cancelling
+        self.exact, self.cancelling, self.sharing = exact, cancelling, sharing
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
         self.free = 0
@@ -209,15 +218,28 @@ class _Balances:
         ):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
-        found = [
-            (part, sign, term)
-            for part, sign in added(subtract(*sides))
-            if (term := self._term(part)) is not None
-        ]
+        found = self._shared(added(subtract(*sides)))
         drops = DROP if _is_balance([(part, sign) for part, sign, _ in found]) else 1.0
         exact = len(found) == 2 and all(term.exact for *_, term in found)
         shares = [1.0 if _is_level(part) else drops for part, *_ in found]
         self._balance([term for *_, term in found], EXACT if exact else 1.0, shares)
+
+    def _shared(
+        self, parts: Sequence[tuple[Expression, bool]]
+    ) -> list[tuple[Expression, bool, _Term]]:
+        """The terms of a balance that are not 0, and whether each is subtracted; if they are
+        ``sharing`` it, each times the number of those of its sign: each of n equal ones is the n-th
+        part of the balance."""
+        found = [
+            (part, sign, term) for part, sign in parts if (term := self._term(part)) is not None
+        ]
+        if not self.sharing:
+            return found
+        count = Counter(sign for _, sign, _ in found)
+        return [
+            (part, sign, term.plus(_Term({}, log10(count[sign])), 1.0))
+            for part, sign, term in found
+        ]
 
     def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the
@@ -261,6 +283,8 @@ class _Balances:
         if not self.exact and (not numbers or any(unbounded)):
             parts = [part for part in parts if not isinstance(part, Number)]
         whole = self._balance([term for part in parts if (term := self._term(part)) is not None])
+        if self.sharing and whole is not None and len({sign for _, sign in signed}) == 1:
+            whole = whole.plus(_Term({}, log10(len(parts))), 1.0)
         between_nodes = _is_balance(signed) and not self.nodes.isdisjoint(names(node))
         cancels = _has_difference(node) if self.cancelling else between_nodes
         if whole is None or not cancels:

@@ -339,6 +339,18 @@ def test_a_nearest_miss_out_of_the_domain_is_not_told() -> None:
     assert candidates.nearest == ({"x": 1.0, "y": 1.0}, (0.0, -1.0))
 
 
+def test_utilities_begin_at_zero() -> None:
+    """A demand that chooses among stations by their queues (multinomial logit)."""
+    n, lines = 100, ["D = 4000", "a = 0.5", "S = " + " + ".join(f"exp(U{j})" for j in range(100))]
+    for j in range(n):
+        lines.append(f"U{j} = {(j * 37 % 200) / 100} - a*w{j}")
+        lines.append(f"w{j} = 1 + (f{j}/{30 + j * 13 % 30})^4*0.5")
+        lines.append(f"f{j} = D*exp(U{j})/S")
+    result = _solved(lines)
+    assert math.isclose(sum(result[f"f{j}"] for j in range(n)), 4000, rel_tol=1e-9)
+    assert all(result[f"{s}{j}"] > 0.0 for s in "wf" for j in range(n))
+
+
 def test_nothing_flows_through_closed_valves() -> None:
     """A grid of pipes between a reservoir and demands, across which check valves lead back."""
     side, lines = 25, ["H0 = 60"]
