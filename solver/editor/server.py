@@ -8,10 +8,11 @@ from __future__ import annotations
 import asyncio
 import os
 from collections.abc import Callable, Iterator
-from functools import partial
+from dataclasses import dataclass
+from functools import cached_property, partial
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
@@ -38,19 +39,20 @@ SEVERITIES = {
 }
 
 
-class Answer(NamedTuple):
+@dataclass(frozen=True)
+class Answer:
     """The sheet and the result of a text that was solved."""
 
     text: str
     reply: Json
 
-    @property
+    @cached_property
     def values(self) -> Json:
         """The values of the first solution, or those that are known without one."""
         found: Json = (self.reply.get("solutions") or [self.reply.get("partial", {})])[0]
         return found
 
-    @property
+    @cached_property
     def rows(self) -> dict[str, Json]:
         return {one["name"]: one for one in self.reply["variables"]}
 
