@@ -281,9 +281,13 @@ class _FreeCurve:
             x = x - weight * np.linalg.lstsq(matrix, miss, rcond=FREE)[0]
         return None
 
+    def _weight(self, x: Array) -> Array:
+        """The units (n,) of the unknowns at a point."""
+        return np.maximum(abs(x), SMALL * self.scale)
+
     def _scaled(self, x: Array) -> tuple[Array, Array, Array]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
-        weight = np.maximum(abs(x), SMALL * self.scale)
+        weight = self._weight(x)
         matrix = np.array(self.problem.jacobian(x.tolist()), dtype=float) * weight
         rows = abs(matrix).max(axis=1)
         if not np.isfinite(rows).all():
@@ -293,7 +297,7 @@ class _FreeCurve:
 
     def through(self, x: Array) -> BlockOutcome | None:
         """The free unknowns along every direction in which all rules continue to hold."""
-        weight = np.maximum(abs(x), SMALL * self.scale)
+        weight = self._weight(x)
         try:
             _, singular, right = np.linalg.svd(self._scaled(x)[0])
             ways = right[singular <= FREE * singular[0]]

@@ -159,9 +159,8 @@ class StepSolver:
             if undefined.overflow:
                 fact = BeyondFloats(self.index, self.unknown)
             delicate = undefined.overflow or self.delicate or self._on_the_edge(undefined)
-            outcome = StepOutcome(
-                fact=fact, complete=not undefined.overflow, delicate=delicate
-            )  # a value beyond floats is an answer all the same
+            # a value beyond floats is an answer all the same
+            outcome = StepOutcome(fact=fact, complete=not undefined.overflow, delicate=delicate)
         else:
             if len(found) == 1 and isinstance(found[0], str):
                 return StepOutcome((found[0],))

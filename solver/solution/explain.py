@@ -570,9 +570,7 @@ def gap_note(model: Model, gap: facts.Gap) -> Diagnosis:
         many, some = plural(gap.count, "answer"), listed(gap.unknowns)
         message = f"{many} found for {some}: nothing shows that there are no others"
         if not gap.count:
-            message = (
-                f"there may be answers with other values of {some}, or with some beyond floats"
-            )
+            message = f"there may be answers with other values of {some}, or one beyond floats"
         # what would let the search prove that it has found all
         if endless := _endless(model, gap.unknowns):
             notes = (f"ranges may show it: give {listed(endless)} a range, name in [a, b]",)
