@@ -16,6 +16,7 @@ from solver.accuracy import rule_check
     [
         "tanh((x*x)^3 + x) = 1",
         "erf(x) = 1",
+        "erf((x*x)^3) = 1",
         "exp(-x^2 - x) + 1 = 1",
         "x + exp(-x^2) = x",
         "1/(1 + exp(-x^3 - x)) = 1",
