@@ -26,7 +26,7 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import LIKE_PI, Source, Span, nodes
-from rulesheets.syntax.nodes import Number, children, leaves, names, names_of, rebuilt, walk
+from rulesheets.syntax.nodes import Number, names, names_of, rebuilt, walk
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
 
@@ -216,15 +216,15 @@ def _rule_parts(
     if not any(said.search(source.text) for source in sources):
         return []
     rules = (rule for owner in owners for rule in rules_of(owner))
-    return [part for rule in rules for body in bodies(rule.body) for part in children(body)]
+    return [part for rule in rules for body in bodies(rule.body) for part in body.parts]
 
 
 def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
-    numbers = (one for part in _rule_parts(program, _MEASURE) for one in leaves(part, Number))
+    parts = walk(*_rule_parts(program, _MEASURE))
     figures, word = program.sheet.figures, len("figure")
     written = [(one.unit, one.span and one.span.part(0, word)) for one in figures]
-    written += ((one.unit, one.span) for one in numbers)
+    written += ((one.unit, one.span) for one in parts if isinstance(one, Number))
     for unit, place in written:
         try:
             unit_named(unit or "", place, units)
@@ -238,7 +238,7 @@ def _respelt(program: Program) -> Iterator[Diagnosis]:
     if not parts:
         return
     parts += [row.value for row in program.rows if row.value is not None]
-    for node in (node for part in parts for node in walk(part)):
+    for node in walk(*parts):
         if isinstance(node, nodes.Call) and node.function == "pi" and node.span is not None:
             name = node.span.text[:2]
             if name != "pi":
@@ -283,7 +283,7 @@ def _passed(program: Program) -> set[str]:
             for passed, side in ((results, part.results), (arguments, part.arguments)):
                 passed.update(node.name for node in side if isinstance(node, nodes.Name))
                 others = (node for node in side if not isinstance(node, nodes.Name))
-                used.update(name for node in others for name in names(node))
+                used.update(names(*others))
     return (results & arguments) - used
 
 
@@ -446,7 +446,7 @@ class Expansion:
             result = self._call(self.functions[node.function], node.arguments, None, context)
             self.names.setdefault(result)
             return nodes.Name(result, node.span)
-        parts = children(node)
+        parts = node.parts
         bound = []
         for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
             bound.append(self._bind(part, context))

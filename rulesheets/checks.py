@@ -31,7 +31,6 @@ from rulesheets.syntax.nodes import (
     Mark,
     Name,
     Symbol,
-    children,
     names_of,
     walk,
 )
@@ -92,7 +91,7 @@ class Scope:
             kept.setdefault(id(body) if like is None else like.form, body)
         split = (components(body, program.functions) for body in kept.values())
         self.parts = [part for parts in split for part in parts]
-        self.every = [*walk(*(one for part in self.parts for one in children(part)))]
+        self.every = walk(*(one for part in self.parts for one in part.parts))
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts if each else every:
             for name in names_of(part):
@@ -104,7 +103,7 @@ class Scope:
 
     def place(self, name: str) -> Span | None:
         """The first place of a variable in the rules."""
-        inside = walk(*children(self.places[name]))
+        inside = walk(*self.places[name].parts)
         named = (node for node in inside if isinstance(node, nodes.Name) and node.name == name)
         return next(named).span
 
@@ -347,7 +346,7 @@ def check_nodes(scope: Scope) -> Iterator[Diagnosis]:
 
 
 def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]:
-    for part in children(node):
+    for part in node.parts:
         if isinstance(part, nodes.Symbol):
             message = f"the symbol '{part.name} is not a number, so there is no arithmetic with it"
             given = f"a symbol can be given to a variable (x = '{part.name})"

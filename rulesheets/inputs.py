@@ -43,13 +43,13 @@ def constant(expression: nodes.Expression) -> Value:
     """
     if isinstance(expression, nodes.Symbol):
         return expression.name
-    if (name := next(names(expression), None)) is not None:
-        message = f"an input is a number or a symbol, and {name} is a variable"
-        notes = f"for the symbol write '{name}", "to tie two variables together write a rule"
+    if read := names(expression):
+        message = f"an input is a number or a symbol, and {read[0]} is a variable"
+        notes = f"for the symbol write '{read[0]}", "to tie two variables together write a rule"
         label = "evaluated once, before anything is solved"
         raise refusal("E401", message, expression.span, *notes, label=label)
-    if (unit := next(units_of(expression), None)) is not None:
-        message = f"{unit} stands inside an expression of numbers"
+    if units := units_of(expression):
+        message = f"{units[0]} stands inside an expression of numbers"
         note = "write one number with its unit, as in x = 3[in] [mm]"
         raise refusal("E461", message, expression.span, note)
     from rulesheets.checks import check_constant  # a command with mere numbers starts without it
@@ -197,7 +197,7 @@ def quantities(model: Model) -> frozenset[str]:
     given = (v.name for v in variables if v.unit or v.ranged)
     pairs = [equation.sides for equation in model.equations]
     sides = (side for pair in pairs for side in pair if not isinstance(side, nodes.Name))
-    computed = _tied({name for side in sides for name in names(side)}, pairs)
+    computed = _tied({*names(*sides)}, pairs)
     return frozenset(given) | (computed - symbolic(model))
 
 

@@ -117,6 +117,10 @@ def _model(
             gc.enable()
 
 
+def _part(place: int) -> None:
+    """Stands in a pickle for a part of the model: ``_Unpickler`` reads it."""
+
+
 class _Pickler(pickle.Pickler):
     """Pickles a reference instead of a rule, and the source of a compiled function."""
 
@@ -124,10 +128,9 @@ class _Pickler(pickle.Pickler):
         super().__init__(file, pickle.HIGHEST_PROTOCOL)
         self.places = {id(part): place for place, part in enumerate((model, *model.equations))}
 
-    def persistent_id(self, part: object) -> int | None:
-        return self.places.get(id(part))
-
     def reducer_override(self, part: Any) -> Any:
+        if id(part) in self.places:
+            return _part, (self.places[id(part)],)
         again = getattr(part, "again", None) if isinstance(part, FunctionType) else None
         return NotImplemented if again is None else (again, (marshal.dumps(part.__code__),))
 
@@ -137,8 +140,8 @@ class _Unpickler(pickle.Unpickler):
         super().__init__(BytesIO(data))
         self.parts = model, *model.equations
 
-    def persistent_load(self, place: int) -> Any:
-        return self.parts[place]
+    def find_class(self, module: str, name: str) -> Any:
+        return self.parts.__getitem__ if name == "_part" else super().find_class(module, name)
 
 
 def _question(model: Model, question: str) -> bytes:

@@ -323,7 +323,7 @@ class CutOff(TimeIsUp):
 def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bool:
     """Whether a case that an open leaf assumes is proven to have no values, or no value satisfies a
     rule that leads to one of its missing values."""
-    asked = {name for pair in leaf.branch.signs for side in pair for name in nodes.names(side)}
+    asked = {name for pair in leaf.branch.signs for name in nodes.names(*pair)}
     facts = leaf.branch.inactive.values()
     refused = [_without_value(model, fact) for fact in facts]
     if any(isinstance(fact, Conflict) for fact in facts) or any(
@@ -462,7 +462,7 @@ class CaseAnalysis:
             for pair, sign in signs
         ):
             return True
-        for name in {name for pair in branch.signs for side in pair for name in nodes.names(side)}:
+        for name in {name for pair in branch.signs for name in nodes.names(*pair)}:
             variable = self.model.variables[name]
             for limit, sign in ((variable.low, AT_LEAST), (variable.high, AT_MOST)):
                 if math.isfinite(limit):

@@ -24,7 +24,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     calls,
-    children,
     names,
 )
 
@@ -263,7 +262,7 @@ def _undefined(
         chain = stack.pop()
         if _has_value(chain[0], values):
             continue
-        inner = [part for part in children(chain[0]) if not _has_value(part, values)]
+        inner = [part for part in chain[0].parts if not _has_value(part, values)]
         stack.extend((part, *chain) for part in inner)
         if not inner and is_known(chain[0], values):
             yield chain

@@ -19,7 +19,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Symbol,
-    children,
     rebuilt,
 )
 
@@ -137,7 +136,7 @@ def _root(number: int) -> int:
 def with_round_values(expression: Any) -> Any:
     """An expression or condition with sines, cosines and tangents of fractions of π replaced by 0,
     ±1/2 or ±1 if that is their value."""
-    parts = children(expression)
+    parts = expression.parts
     if not parts:
         return expression
     found = []

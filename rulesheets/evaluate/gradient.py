@@ -33,7 +33,6 @@ from rulesheets.syntax.nodes import (
     Symbol,
     add,
     call,
-    children,
     is_number,
     names,
 )
@@ -305,7 +304,7 @@ def signed_root(expression: Expression) -> Expression | None:
         case Product(Call("sgn", (x,)), Call("sqrt", (Call("abs", (size,)),))) if size == x:
             return x
         case Product(Call("sgn", (x,)), Power(Call("abs", (size,)), exponent)) if size == x:
-            parts = children(exponent) if isinstance(exponent, Quotient) else (exponent,)
+            parts = exponent.parts if isinstance(exponent, Quotient) else (exponent,)
             above = all(isinstance(part, Number) and part.value > 0.0 for part in parts)
             return x if above else None
         case _:

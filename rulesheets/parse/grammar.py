@@ -33,7 +33,6 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Range,
     RuleBody,
-    children,
     walk,
 )
 
@@ -434,7 +433,7 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
             arms = filter(None, (node.condition, node.then, node.otherwise))
             stack += ((arm, level + 1, 0) for arm in arms)
             continue
-        for part in reversed(children(node)):
+        for part in reversed(node.parts):
             chained = isinstance(node, chains) and part is node.left and isinstance(part, chains)
             stack.append((part, level if chained else level + 1, factors + 1))
     return None
@@ -445,7 +444,7 @@ def without_variable(rule: Equality | Inequality) -> Diagnosis | None:
 
     A call counts as a variable: its function may have parameters.
     """
-    for node in walk(*children(rule)):
+    for node in walk(*rule.parts):
         if isinstance(node, Name) or (isinstance(node, Call) and node.function != "pi"):
             return None
     message, note = "this rule has no variable", "write a name on one side: x = 3"

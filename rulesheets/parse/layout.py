@@ -22,7 +22,6 @@ from rulesheets.syntax.nodes import (
     Name,
     Number,
     Power,
-    children,
     rebuilt,
     walk,
 )
@@ -233,7 +232,7 @@ class Form:
 
     def __init__(self, sides: Sides) -> None:
         self.sides = sides
-        inside = [*walk(*chain(*sides))]
+        inside = walk(*chain(*sides))
         self.called = {node.function for node in inside if isinstance(node, Call)}
         numbers = [id(node) for node in inside if isinstance(node, Number)]
         powers = [id(node.exponent) for node in inside if isinstance(node, Power)]
@@ -270,7 +269,7 @@ class Like(NamedTuple):
                 return Name(next(names), span)
             if isinstance(node, Number):
                 return Number(next(numbers), span)
-            whole: Expression = rebuilt(node, tuple(map(made, children(node))), span)
+            whole: Expression = rebuilt(node, tuple(map(made, node.parts)), span)
             return whole
 
         left, right = self.form.sides

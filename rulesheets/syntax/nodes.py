@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from math import inf
 from operator import attrgetter
-from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform, overload
+from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform
 
 from rulesheets.syntax import Span
 
@@ -33,6 +33,7 @@ class Fields(type):
             taken = ", ".join(given.get(one, one) for one in fields)
             kept = "; ".join(f"self.{one} = {one}" for one in fields)
             exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
+            space["_values"] = attrgetter(*fields)
             space["_content"] = attrgetter(*(one for one in fields if one not in _PLACES))
         return super().__new__(cls, name, bases, space)
 
@@ -40,10 +41,12 @@ class Fields(type):
 class Node(metaclass=Fields):
     """A value of its fields; ``span`` and ``gap`` are only its position in the text.
 
-    ``parts`` are its expressions and conditions from left to right. No node is changed.
+    ``parts`` are its expressions and conditions from left to right, without the arms of an ``if``.
+    No node is changed.
     """
 
-    parts: ClassVar[Any] = property(lambda node: ())
+    parts: ClassVar[Any] = ()
+    _values: ClassVar[attrgetter[Any]]
     _content: ClassVar[attrgetter[Any]]
     __match_args__: ClassVar[tuple[str, ...]]
 
@@ -65,7 +68,7 @@ class Node(metaclass=Fields):
         return f"{type(self).__name__}({told})"
 
     def __reduce__(self) -> tuple[type, tuple[Any, ...]]:
-        return type(self), tuple(getattr(self, name) for name in self.__match_args__)
+        return type(self), self._values(self)
 
 
 # --- arithmetic -----------------------------------------------------------------
@@ -215,7 +218,6 @@ class Call(Operators):
 
 Expression: TypeAlias = Number | Symbol | Name | Negative | Sum | Product | Quotient | Power | Call
 Operand: TypeAlias = Expression | float
-_Leaf = TypeVar("_Leaf", Name, Number)
 _Tree = TypeVar("_Tree", bound="Expression | Condition")
 
 # --- conditions -----------------------------------------------------------------
@@ -455,17 +457,8 @@ class RuleSheet(Node):
     units: tuple[UnitRow | CommentLine, ...] = ()
 
 
-@overload
-def children(node: Expression) -> tuple[Expression, ...]: ...
-@overload
-def children(node: Expression | Condition | RuleBody) -> tuple[Expression | Condition, ...]: ...
-def children(node: Any) -> Any:
-    """The expressions and conditions of a node, from left to right; not the arms of an ``if``."""
-    return node.parts
-
-
 def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _Tree:
-    """The node with other direct parts, the inverse of :func:`children`, or with another span."""
+    """The node with other direct parts, or with another span."""
     kind: Any = type(node)
     found, span = node, span or node.span
     match node:
@@ -486,34 +479,25 @@ def conjunction(outcomes: Iterable[tuple[Condition, bool]], opposite: _Opposite 
     return terms[0] if len(terms) == 1 else And(terms)
 
 
-def names(node: Expression | Condition) -> Iterator[str]:
-    """Names of the variables in a node, left to right, with repetition."""
-    return (leaf.name for leaf in leaves(node, Name))
-
-
-def leaves(node: Expression | Condition, kind: type[_Leaf]) -> Iterator[_Leaf]:
-    """The names, or the numbers, in a node, left to right."""
-    stack = [node]
-    while stack:
-        item = stack.pop()
-        if type(item) is kind:
-            yield item
-        elif parts := item.parts:
-            stack.extend(parts[::-1])
-
-
-def walk(*roots: Expression | Condition) -> Iterator[Expression | Condition]:
+def walk(*roots: Expression | Condition) -> list[Expression | Condition]:
     """Nodes and all their parts, left to right, each before its own parts."""
-    stack = [*reversed(roots)]
+    found, stack = list[Expression | Condition](), [*reversed(roots)]
     while stack:
         item = stack.pop()
-        yield item
-        stack.extend(reversed(children(item)))
+        found.append(item)
+        if parts := item.parts:
+            stack.extend(parts[::-1])
+    return found
 
 
-def calls(*roots: Expression | Condition) -> Iterator[Call]:
+def names(*roots: Expression | Condition) -> list[str]:
+    """Names of the variables in nodes, left to right, with repetition."""
+    return [node.name for node in walk(*roots) if isinstance(node, Name)]
+
+
+def calls(*roots: Expression | Condition) -> list[Call]:
     """The calls of functions in nodes, left to right, each before those in its arguments."""
-    return (node for node in walk(*roots) if isinstance(node, Call))
+    return [node for node in walk(*roots) if isinstance(node, Call)]
 
 
 def names_of(body: RuleBody) -> Iterable[str]:
@@ -521,7 +505,7 @@ def names_of(body: RuleBody) -> Iterable[str]:
     if isinstance(body, Equality) and body.like is not None:
         found: Iterable[str] = body.like.names
         return found
-    return (name for operand in children(body) for name in names(operand))
+    return names(*body.parts)
 
 
 def measured(node: Expression) -> tuple[float, str] | None:
@@ -535,9 +519,9 @@ def measured(node: Expression) -> tuple[float, str] | None:
             return None
 
 
-def units_of(node: Expression | Condition) -> Iterator[str]:
+def units_of(node: Expression | Condition) -> list[str]:
     """The units of numbers in a node that have one."""
-    return (number.unit for number in leaves(node, Number) if number.unit is not None)
+    return [one.unit for one in walk(node) if isinstance(one, Number) and one.unit is not None]
 
 
 def terms(*sides: Expression) -> Iterator[Expression]:
@@ -557,7 +541,7 @@ def chain(node: Expression) -> list[tuple[str, Expression]]:
 
 def bare(node: Expression) -> bool:
     """Whether an expression is a plain number: it adopts the unit of the terms next to it."""
-    return next(names(node), None) is None and next(units_of(node), None) is None
+    return not names(node) and not units_of(node)
 
 
 ZERO = Number(0.0)
@@ -577,7 +561,7 @@ def exchange(expression: Expression, old: Expression, new: Expression) -> Expres
     """The expression with ``old`` replaced by ``new`` everywhere."""
     if expression == old:
         return new
-    return rebuilt(expression, tuple(exchange(part, old, new) for part in children(expression)))
+    return rebuilt(expression, tuple(exchange(part, old, new) for part in expression.parts))
 
 
 def map_leaves(
@@ -586,7 +570,7 @@ def map_leaves(
     """The expression with ``change`` applied to every name, number and symbol."""
     if isinstance(expression, Name | Number | Symbol):
         return change(expression)
-    return rebuilt(expression, tuple(map_leaves(part, change) for part in children(expression)))
+    return rebuilt(expression, tuple(map_leaves(part, change) for part in expression.parts))
 
 
 def degree(expression: Expression, unknowns: Collection[str]) -> float:
@@ -607,4 +591,4 @@ def degree(expression: Expression, unknowns: Collection[str]) -> float:
             return 1.0 + degree(left, unknowns) + degree(right, unknowns)
         case Power(base, Number(power)) if power.is_integer() and power > 0.0:
             return power * degree(base, unknowns)
-    return inf if any(name in unknowns for name in names(expression)) else 0.0
+    return 0.0 if set(unknowns).isdisjoint(names(expression)) else inf

@@ -165,7 +165,7 @@ def _unchecked(place: Span) -> bool:
 
 def _constants(statement: Statement) -> list[float]:
     """Written numbers that may have a unit: 9.81, 8.314 and 3600, but not 2, 1/2 or exponents."""
-    nodes = [*walk(statement.left, statement.right)]
+    nodes = walk(statement.left, statement.right)
     exponents = {id(node.exponent) for node in nodes if isinstance(node, Power)}
     numbers = (n for n in nodes if isinstance(n, Number) and id(n) not in exponents)
     found = dict.fromkeys(n.value for n in numbers if n.unit is None)
@@ -300,7 +300,7 @@ def _other_units(dimensions: Dimensions, found: Mismatch) -> str | None:
     """The variable of the rule, or of those that its units follow from, with a unit in which no
     factor is missing: a base unit, a usual one, or several variables in base units."""
     rules = [dimensions.statements[place] for place in sorted({*found.why, found.statement})]
-    read = dict.fromkeys(n for s in rules for side in (s.left, s.right) for n in names(side))
+    read = dict.fromkeys(n for s in rules for n in names(s.left, s.right))
     declared = {name: dimensions.declared.get(name) for name in islice(read, TRIED)}
     own = {name: unit for name, unit in declared.items() if unit and not unit.offset}
     bases = {name: _base(unit) for name, unit in own.items() if exponents(unit).get(SIZE)}

@@ -32,7 +32,6 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     bare,
-    leaves,
     names,
     walk,
 )
@@ -161,7 +160,7 @@ class Dimensions:
     def infer(self, statements: Sequence[Statement]) -> None:
         """Process the statements, those with a single open variable first."""
         self.statements = statements
-        named = [frozenset((*names(s.left), *names(s.right))) for s in statements]
+        named = [frozenset(names(s.left, s.right)) for s in statements]
         free = [{name for name in some if name not in self.forms} for some in named]
         users: dict[str, list[int]] = {}
         for place, some in enumerate(free):
@@ -336,8 +335,7 @@ class Dimensions:
 
     def _numbers(self, index: int) -> Iterable[Number]:
         sides = self.statements[index].left, self.statements[index].right
-        numbers = (number for side in sides for number in leaves(side, Number))
-        return (number for number in numbers if number.unit is None)
+        return [one for one in walk(*sides) if isinstance(one, Number) and one.unit is None]
 
     def _factors(self, index: int, before: Iterable[float]) -> set[float]:
         """Numbers in the rule, and in those before it, that may be factors between units."""

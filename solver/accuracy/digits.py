@@ -76,7 +76,7 @@ class ManyDigits:
         self.known = {name: known[name] for name in names}
         self.digits, self.work, self.mp = digits, work, context(digits)
         # the operations of a residual and its square Jacobian
-        operations = sum(1 for e in equations for _ in walk(*e.sides))
+        operations = sum(len(walk(*e.sides)) for e in equations)
         self.cost = 3 * operations + len(equations) ** 3
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)

@@ -142,7 +142,7 @@ class BlockKernel:
     def repeating(self) -> tuple[str, ...]:
         """The unknowns inside periodic functions that are no angles, and have no range: each period
         may have an answer of its own."""
-        inside = {name for phase in phases(*self.forms) for name in nodes.names(phase)}
+        inside = set(nodes.names(*phases(*self.forms)))
         free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
         return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
 

@@ -35,7 +35,6 @@ from rulesheets.syntax.nodes import (
     add,
     call,
     calls,
-    children,
     exchange,
     is_number,
     rebuilt,
@@ -267,7 +266,7 @@ def through(
         for place, (stage, form) in enumerate(zip(isolation.stages, forms, strict=True)):
             bounded = stage.low > -inf or stage.high < inf
             target = expression
-            if bounded or sum(1 for name in nodes.names(form) if name == TARGET.name) > 1:
+            if bounded or nodes.names(form).count(TARGET.name) > 1:
                 name = f"{prefix}.{place}"
                 steps.append(
                     Assignment(
@@ -351,7 +350,7 @@ def steps(expression: Expression) -> Iterator[Call]:
         if isinstance(node, Call) and TABLE[node.function].jumps:
             yield node
         inside = signed_root(node)
-        stack.extend(nodes.children(node) if inside is None else (inside,))
+        stack.extend(node.parts if inside is None else (inside,))
 
 
 def stepwise(expression: Expression) -> Expression:
@@ -424,7 +423,7 @@ def cleared(chain: Chain) -> Chain | None:
             above, sums = _with_named_sums(above, item.name)
             moving.update(part.name for part in sums)
             items += sums
-        if sum(1 for side in (above, below) for _ in walk(side)) > LONGEST:
+        if len(walk(above, below)) > LONGEST:
             return None
         if item.relational and not moving.isdisjoint(nodes.names(below)):
             known = [factor for factor in factors(below) if factor in named]
@@ -560,7 +559,7 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
             return part / v ** (own - degree)
         return part * v ** (degree - own) if own < degree else part
 
-    parts = [_scaled(part, v, known) for part in children(node)]
+    parts = [_scaled(part, v, known) for part in node.parts]
     match node, parts:
         case Name(name), _ if name in known:
             return known[name]

@@ -99,7 +99,7 @@ class Form(NamedTuple):
         }
         below = (i.expression.right for i in items if isinstance(i.expression, Quotient))
         divisors = frozenset(meaning.get(divisor, divisor) for divisor in below)
-        length = sum(1 for item in items for _ in walk(item.expression))
+        length = len(walk(*(item.expression for item in items)))
         return cls(order.is_endless, length, order.residual, divisors, chains)
 
 
@@ -290,4 +290,4 @@ def _by_sides(node: Expression, angles: Angles) -> Expression:
             for k, side in zip("cs", sides, strict=True)
         }
         return substitute(found, told)
-    return rebuilt(node, tuple(_by_sides(part, angles) for part in nodes.children(node)))
+    return rebuilt(node, tuple(_by_sides(part, angles) for part in node.parts))

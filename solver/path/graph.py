@@ -26,7 +26,6 @@ from rulesheets.syntax.nodes import (
     Sum,
     Symbol,
     calls,
-    children,
     map_leaves,
     rebuilt,
     walk,
@@ -98,7 +97,7 @@ def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Ex
         numbers.append(side.value)
         return _shared_name(f"#.{len(numbers) - 1}")
     parts = []
-    for part in children(side):
+    for part in side.parts:
         blank = _blank(part, names, numbers)
         is_exponent = isinstance(side, Power) and part is side.exponent and isinstance(part, Number)
         parts.append(part if is_exponent else blank)
@@ -157,7 +156,7 @@ def continued(model: Model, steps: Sequence[Step], begun: Mapping[str, Value]) -
 @lru_cache(MOST)
 def _counts(shape: Shape) -> Counter[str]:
     """The number of occurrences of each name in rules of a shape."""
-    return Counter((*nodes.names(shape.left), *nodes.names(shape.right)))
+    return Counter(nodes.names(shape.left, shape.right))
 
 
 Ratio: TypeAlias = tuple[int, int]
@@ -310,7 +309,7 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
             for name, (numerator, denominator) in addends:
                 yield name, turn, denominator // gcd(denominator, own * numerator)
         elif not isinstance(node, nodes.Comparison) or node.operator not in ("=", "<>"):
-            stack.extend(nodes.children(node))
+            stack.extend(node.parts)
 
 
 def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
@@ -337,7 +336,7 @@ STEPS = frozenset({"frac", "int", "mod", "round"})
 def phases(*sides: Node) -> list[Expression]:
     """The arguments of functions that repeat themselves, go through 0 again and again as they grow,
     or jump at every whole number."""
-    called = [*calls(*sides)]
+    called = calls(*sides)
     found = [call.arguments[-1] for call in called if call.function in REPEATING]
     return found + [call.arguments[0] for call in called if call.function in STEPS]
 
@@ -384,7 +383,7 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
             found += [count] if inside else []
             count += 1
         inside = inside or (isinstance(node, Call) and bool(TABLE[node.function].turn))
-        stack += [(part, inside) for part in children(node)[::-1]]
+        stack += [(part, inside) for part in node.parts[::-1]]
     return found
 
 

@@ -42,7 +42,7 @@ from solver.path.polynomial import NoForm
 
 def isolate(left: Expression, right: Expression, unknown: str) -> Isolation | None:
     """Solve ``left = right`` for ``unknown``; None if no chain of inverse operations does it."""
-    in_left, in_right = (list(nodes.names(side)).count(unknown) for side in (left, right))
+    in_left, in_right = (nodes.names(side).count(unknown) for side in (left, right))
     if not in_left and not in_right:
         return None
     if in_left + in_right == 1:
@@ -74,14 +74,14 @@ def _with_one_sign(node: Expression, unknown: str) -> Expression:
     match node:
         case Power(base, Negative(exponent)) if unknown in nodes.names(exponent):
             return ONE / base**exponent
-    return rebuilt(node, tuple(_with_one_sign(part, unknown) for part in nodes.children(node)))
+    return rebuilt(node, tuple(_with_one_sign(part, unknown) for part in node.parts))
 
 
 def _stages(node: Expression, unknown: str) -> list[Stage] | None:
     """The stages that undo an expression, one operation after another; None if there are none."""
     stages: list[Stage] = []
     while not isinstance(node, Name):
-        if sum(unknown in nodes.names(part) for part in nodes.children(node)) > 1:
+        if sum(unknown in nodes.names(part) for part in node.parts) > 1:
             rest = _repeated(node, unknown)
             return None if rest is None else [*stages, *rest]
         undone = _undo(node, unknown)
@@ -217,7 +217,7 @@ def _around(node: Expression, unknown: str, last: bool = False) -> Iterator[Expr
     """The parts of a node that hold the first or the last occurrence of an unknown, the largest
     first, except the node and the unknown themselves."""
     while True:
-        operands = nodes.children(node)
+        operands = node.parts
         node = next(part for part in operands[:: -1 if last else 1] if unknown in nodes.names(part))
         if isinstance(node, Name):
             return

@@ -94,7 +94,7 @@ def variables(figures: Iterable[Figure]) -> tuple[str, ...]:
     """Full names of the variables that the figures need, in order of appearance."""
     marks = (mark for figure in figures for mark in marks_of(figure))
     reckoned = (part for mark in marks for part in parts(mark)[1])
-    return tuple(dict.fromkeys(name for part in reckoned for name in names(part)))
+    return tuple(dict.fromkeys(names(*reckoned)))
 
 
 def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:

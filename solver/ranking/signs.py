@@ -124,7 +124,7 @@ class Signs:
 
         names = list(self.model.variables)
         equations = self.model.equations  # one that only gives a number is no rule
-        rules = [e for e in equations if list(names_in(e.right)) or not isinstance(e.left, Name)]
+        rules = [e for e in equations if names_in(e.right) or not isinstance(e.left, Name)]
         exponents = np.round(Scalings(rules, names).exponents, DIGITS) + 0.0
         number: dict[bytes, int] = {}
         return {

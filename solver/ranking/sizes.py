@@ -31,7 +31,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    children,
     is_number,
     names,
     subtract,
@@ -391,7 +390,7 @@ def _has_difference(node: Expression) -> bool:
         case Negative():
             return True
         case Sum() | Product() | Quotient():
-            return any(map(_has_difference, children(node)))
+            return any(map(_has_difference, node.parts))
         case _:
             return False
 

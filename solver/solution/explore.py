@@ -179,7 +179,7 @@ class PathSearch(Ends):
         if it assumes an equality, which is one equation more than the question has."""
         if self.want is None or branch.on_boundary:
             return None
-        return self.want.union(n for pair in branch.signs for side in pair for n in names(side))
+        return self.want.union(n for pair in branch.signs for n in names(*pair))
 
     def _leaves_free(self, branch: Branch, path: Path) -> bool:
         """Whether no rule determines a wanted name in the case that a branch assumes."""

@@ -229,7 +229,7 @@ def _contradictory(
     use."""
     model = asked.model
     read = {name for e in rules for name in _reads(model, e)}
-    read.update(name for condition in model.conditions for name in nodes.names(condition))
+    read.update(nodes.names(*model.conditions))
     variables = {name: variable for name, variable in model.variables.items() if name in read}
     kept = tuple(replace(model.equations[e], index=i) for i, e in enumerate(rules))
     part = Model(model.name, variables, kept, model.conditions)

@@ -529,7 +529,7 @@ def _without(side: nodes.Expression, values: Mapping[str, float]) -> nodes.Expre
     """The expression with 0 for products and quotients of zeros with unknowns."""
     done: list[nodes.Expression] = []
     # a loop, for one frame a level: trees may be hundreds of levels deep
-    for part in nodes.children(side):
+    for part in side.parts:
         done.append(_without(part, values))
     pairs = [done] if isinstance(side, nodes.Product | nodes.Quotient) else []
     for factor, other in [*pairs, done[::-1]] if isinstance(side, nodes.Product) else pairs:

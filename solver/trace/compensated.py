@@ -24,7 +24,6 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    children,
     names,
     walk,
 )
@@ -45,8 +44,8 @@ def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
     """The rounding of a rule in a record, as a share of what its check admits: the largest at some
     points, the first of them the sample."""
     doubtful = list[tuple[Mapping[str, float], float]]()
-    inner = walk(*children(rule.left), *children(rule.right))
-    if len(rule.names) == len([*names(rule.left), *names(rule.right)]) and not any(
+    inner = walk(*rule.left.parts, *rule.right.parts)
+    if len(rule.names) == len(names(rule.left, rule.right)) and not any(
         isinstance(one, Sum) for one in inner
     ):
         return 0.0  # what is rounded is no larger than what is varied

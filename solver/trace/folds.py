@@ -87,7 +87,7 @@ def case_of(kernel: BlockKernel, signs: Mapping[Pair, Sign], known: Collection[s
     rounding, as far as they depend on its unknowns, and else on ``known`` numbers."""
     limits, read = list[Assignment](), dict[str, None]()
     for pair, sign in signs.items():
-        names = dict.fromkeys(name for side in pair for name in nodes.names(side))
+        names = dict.fromkeys(nodes.names(*pair))
         inside = not names.keys().isdisjoint(kernel.unknowns) and names.keys() <= {
             *kernel.unknowns,
             *known,

@@ -108,7 +108,7 @@ class Guards:
         """
         match condition:
             case Comparison(operator, left, right):
-                used = {*nodes.names(left), *nodes.names(right)}
+                used = {*nodes.names(left, right)}
                 if not all(name in state.values or name in state.symbols for name in used):
                     return None
                 one, other = (symbol_of(side, state.symbols) for side in (left, right))

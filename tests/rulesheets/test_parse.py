@@ -39,7 +39,6 @@ from rulesheets.syntax.nodes import (
     Symbol,
     Use,
     VariableRow,
-    children,
 )
 from tests.oracles.operations import operations
 
@@ -327,7 +326,7 @@ def every_node(sheet: RuleSheet):
             case IfRule(condition, then, otherwise):
                 stack += [condition, then, *([otherwise] if otherwise else [])]
             case _:
-                stack += children(node)
+                stack += node.parts
 
 
 @pytest.mark.parametrize(

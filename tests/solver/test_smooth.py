@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 import rulesheets
 from rulesheets.evaluate import value
-from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression
 from solver.path.isolate import smooth
 
@@ -21,7 +20,7 @@ def form_of(rule: str) -> Expression:
 
 
 def functions(expression: Expression) -> set[str]:
-    below = {name for child in nodes.children(expression) for name in functions(child)}  # type: ignore[arg-type]
+    below = {name for child in expression.parts for name in functions(child)}  # type: ignore[arg-type]
     return below | ({expression.function} if isinstance(expression, Call) else set())
 
 
