@@ -74,8 +74,23 @@ class Pair(NamedTuple):
     rest: int | None = None
 
 
+def residual(flow: Flow, form: Expression, values: Mapping[str, int]) -> int:
+    """What a rule misses at numbers that are exact, its own rounding made up for."""
+    number, rest = compensated(flow, form, values)
+    return number if rest is None else flow.raw("add", number, rest)
+
+
 def compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -> Pair:
     """An expression of numbers that are exact."""
+    found = _compensated(flow, expression, values)
+    if any(flow.value_of(values[name]) is None for name in names(expression)):
+        return found
+    at = Numbers(flow, {})
+    rest = 0.0 if found.rest is None else float(at(found.rest))
+    return Pair(flow.constant(float(at(found.number))), flow.constant(rest) if rest else None)
+
+
+def _compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -> Pair:
     pair = partial(compensated, flow, values=values)
     match expression:
         case Number(value):
@@ -99,8 +114,8 @@ def compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -
             return _linear(flow, Power(Name("0"), Name("1")), pair(base), pair(exponent))
         case Call("sqrt", (argument,)):
             return _root(flow, pair(argument))
-        case Call("cos" | "cosd" as function, (argument,)):
-            return _cosine(flow, function, pair(argument))
+        case Call("cos" | "cosd" | "cosh" | "exp" as function, (argument,)):
+            return _beside_one(flow, function, pair(argument))
         case Call(function, arguments):
             own = tuple(Name(str(place)) for place in range(len(arguments)))
             return _linear(flow, Call(function, own), *map(pair, arguments))
@@ -140,12 +155,15 @@ def _root(flow: Flow, a: Pair) -> Pair:
     return Pair(root, raw("div", _added(flow, left, a.rest), raw("mul", 2.0, root)))
 
 
-def _cosine(flow: Flow, function: str, a: Pair) -> Pair:
-    """Near 1 what it lacks follows from the sine of half the angle."""
-    raw, (cosine, rest) = flow.raw, _linear(flow, Call(function, (Name("0"),)), a)
-    sine = flow.call(function.replace("cos", "sin"), raw("mul", 0.5, a.number))
-    versed = raw("mul", 2.0, raw("mul", sine, sine))
-    return Pair(cosine, _added(flow, raw("sub", raw("sub", 1.0, cosine), versed), rest))
+def _beside_one(flow: Flow, function: str, a: Pair) -> Pair:
+    """Near 1 what a function lacks follows from sines of half its argument: ``cos(x)`` is
+    ``1 - 2*sin(x/2)^2``, ``exp(x)`` is ``1 + 2*exp(x/2)*sinh(x/2)``."""
+    raw, (number, rest) = flow.raw, _linear(flow, Call(function, (Name("0"),)), a)
+    half = raw("mul", 0.5, a.number)
+    sine = flow.call("sinh" if function == "exp" else function.replace("cos", "sin"), half)
+    other = flow.call("exp", half) if function == "exp" else sine
+    above = raw("mul", 2.0 if function in ("cosh", "exp") else -2.0, raw("mul", other, sine))
+    return Pair(number, _added(flow, raw("add", raw("sub", 1.0, number), above), rest))
 
 
 def _lost(flow: Flow, a: int, b: int, product: int) -> int:

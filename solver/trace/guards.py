@@ -19,7 +19,7 @@ from solver.numerics.tolerances import BACKWARD
 from solver.path import activity
 from solver.path.isolate import without_logarithm
 from solver.path.planner import planner
-from solver.trace.compensated import noise
+from solver.trace.compensated import noise, residual
 from solver.trace.flow import LIBRARY, Flow, Numbers
 from solver.trace.graph import LEAVES, NotCompilable
 
@@ -216,7 +216,7 @@ class Guards:
         flow = self.flow
         flow.reported = True
         try:
-            miss = flow.add("sub", *(self._expression(state, side) for side in (left, right)))
+            miss = self._miss(state, equation, left, right)
             if flow.value_of(miss) == 0.0:
                 return flow.true
             size, quick = self._sizes(state, equation, subtract(left, right))
@@ -233,6 +233,13 @@ class Guards:
             return whole
         flow.bound(quick)  # terms that are there already may be enough
         return flow.node("sooner", flow.within(miss, BACKWARD, quick), whole)
+
+    def _miss(self, state: State, equation: Equation, left: Expression, right: Expression) -> int:
+        """The difference of two sides of an equation, without its own rounding if that was
+        corrected."""
+        if equation.index in state.compensated:
+            return residual(self.flow, subtract(left, right), state.values)
+        return self.flow.add("sub", *(self._expression(state, side) for side in (left, right)))
 
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""

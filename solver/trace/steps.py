@@ -20,13 +20,13 @@ from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
 from solver.path import Decide, Evaluate, Select, SolveBlock, Step, activity
 from solver.path.cases import EQUAL, value_of_equality
-from solver.trace.compensated import NOISY, compensated, noise
+from solver.trace.compensated import NOISY, noise, residual
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
 from solver.trace.graph import Graph, NotCompilable
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Candidate, Inverses
-from solver.trace.newton import BlockNewton
+from solver.trace.newton import BlockNewton, eliminate
 
 MATCHES = 1e-6
 """The relative distance of a number of the record from the answer it was made from."""
@@ -170,7 +170,7 @@ class StepRecording(Inverses):
             known = not new.isdisjoint(rule.names) and values.keys() >= set(rule.names)
             if (
                 not known
-                or rule.index in state.settled
+                or rule.index in state.settled | state.compensated
                 or not activity(rule, self.branch.conditions)
             ):
                 continue
@@ -195,27 +195,43 @@ class StepRecording(Inverses):
     ) -> Sequence[int | str]:
         """The values of a direct step, each corrected by its rule if that admits less than its own
         rounding: ``R/(R + h)`` is near 1, where the arc cosine is steep."""
-        rule, flow = self.model.equations[step.equation], self.flow
-        form, corrected = subtract(rule.left, rule.right), list[int | str]()
-        for node in found:
-            if not isinstance(node, str):
-                there = State({**state.values, step.unknown: node}, state.symbols, {})
-                if self._noise(there, rule) > NOISY:
-                    number, rest = compensated(flow, form, there.values)
-                    miss = number if rest is None else flow.raw("add", number, rest)
-                    slope = self._slope(there, form, step.unknown)
-                    node = flow.raw("sub", node, flow.raw("div", miss, slope))
-                    state.compensated.add(rule.index)
-            corrected.append(node)
-        return corrected
+        return [
+            node
+            if isinstance(node, str)
+            else self._corrected(state, (step.equation,), {step.unknown: node}, everywhere=True)[0]
+            for node in found
+        ]
 
-    def _noise(self, state: State, rule: Equation) -> float:
-        """The rounding of a rule as a share of what its check admits: the largest at the sample,
-        and where one input is much smaller or larger."""
+    def _corrected(
+        self, state: State, equations: Sequence[int], found: Mapping[str, int], everywhere: bool
+    ) -> list[int]:
+        """Unknowns after a step of Newton's method with compensated residuals, if one of the rules
+        that they were solved from admits less than its own rounding: ``(1 + i)^360`` has lost some
+        digits of i."""
+        there = State({**state.values, **found}, state.symbols, {})
+        rules = [self.model.equations[index] for index in equations]
+        if all(self._noise(there, rule, everywhere) <= NOISY for rule in rules):
+            return [*found.values()]
+        flow, misses, slopes = self.flow, list[int](), dict[tuple[int, int], int]()
+        for row, rule in enumerate(rules):
+            form = subtract(rule.left, rule.right)
+            misses.append(residual(flow, form, there.values))
+            for column, name in enumerate(found):
+                if name in rule.names:
+                    slopes[row, column] = self._slope(there, form, name)
+        numbers = {place: float(self._numbers(node)) for place, node in slopes.items()}
+        sizes = [abs(float(self._numbers(node))) or 1.0 for node in found.values()]
+        moves = eliminate(flow, slopes, numbers, sizes).solve(misses)
+        state.compensated.update(equations)
+        return [flow.raw("sub", node, d) for node, d in zip(found.values(), moves, strict=True)]
+
+    def _noise(self, state: State, rule: Equation, everywhere: bool) -> float:
+        """The rounding of a rule as a share of what its check admits: at the sample, or the largest
+        also ``everywhere`` one input is much smaller or larger."""
         if not state.values.keys() >= set(rule.names):
             return 0.0
         values = {name: state.values[name] for name in rule.names}
-        numbers = (self._numbers, *self._elsewhere)
+        numbers = (self._numbers, *(self._elsewhere if everywhere else ()))
         return noise(rule, [{n: float(at(node)) for n, node in values.items()} for at in numbers])
 
     @cached_property
@@ -389,7 +405,9 @@ class StepRecording(Inverses):
         newton, items = self._blocks[key]
         self._numbers.found.update(zip(items, newton.start, strict=True))
         self._distinct(key, places)
-        for name, node in zip(step.unknowns, items, strict=True):
+        found = dict(zip(step.unknowns, items, strict=True))
+        roots = self._corrected(state, step.equations, found, everywhere=False)
+        for name, node in zip(step.unknowns, roots, strict=True):
             variable, turn = self.model.variables[name], self.graph.turn(name)
             free = variable.low == -math.inf and variable.high == math.inf
             # an angle in the turn around 0, unless the answer has it elsewhere

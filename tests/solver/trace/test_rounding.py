@@ -201,3 +201,43 @@ def test_rules_hold_in_rows_that_lose_digits_after_one_that_does_not(
         row = [share * v for v in then]
         values = {**dict(zip(known, row, strict=True)), wanted: plan(*row)[0]}
         assert check_rule(model.equations[0], values).holds, values
+
+
+BACKWARD = {
+    "A = P*(1 + r/8760)^(8760*t)": ({"P": 1000.0, "t": 10.0}, "A", "r", 0.05),
+    "pay = P*(r/1200)/(1 - (1 + r/1200)^(-n))": ({"P": 2.5e5, "n": 360.0}, "pay", "r", 4.5),
+    "K = S*(1 + i)^n + m*((1 + i)^n - 1)/i": (
+        {"S": 2e4, "m": 450.0, "n": 360.0},
+        "K",
+        "i",
+        0.004,
+    ),
+    "dip = acosd(R/(R + h))": ({"h": 2.0}, "dip", "R", 6.4e6),
+    "s = R - sqrt(R^2 - c^2)": ({"c": 1.0}, "s", "R", 50.0),
+    "s = a*(cosh(L/(2*a)) - 1)": ({"L": 20.0}, "s", "a", 500.0),
+    "q = V*(exp(t/tau) - 1)": ({"V": 10.0, "t": 1e-4}, "q", "tau", 5.0),
+    "s = R*(1 - cosd(asind(c/R)))": ({"c": 1.0}, "s", "R", 500.0),
+}
+"""Rules that lose digits of an unknown: other inputs, what is given, what is wanted, and its number
+somewhere."""
+
+
+@pytest.mark.parametrize("rule", BACKWARD)
+@settings(max_examples=2, deadline=None)
+@given(st.lists(st.floats(0.7, 1.4), min_size=2, max_size=4))
+def test_what_a_rule_loses_digits_of_is_found_to_the_digits_that_it_admits(
+    rule: str, shares: list[float]
+) -> None:
+    others, known, wanted, somewhere = BACKWARD[rule]
+    model = rulesheets.loads(rule)
+    plan = solver.prepare(model, [known], [wanted], others)
+    numbers = [
+        solver.solve(model, {**others, wanted: share * somewhere})[known] for share in shares
+    ]
+    swept = plan.sweep([*numbers])[wanted]
+    for number, row in zip(numbers, swept, strict=True):
+        every = solver.solve(model, {**others, known: number}).solutions
+        for found in (plan(number), *plan.all(number), (row,)):
+            values = {**others, known: number, wanted: float(found[0])}
+            assert check_rule(model.equations[0], values).holds
+            assert any(math.isclose(found[0], one[wanted], rel_tol=1e-9) for one in every)
