@@ -119,7 +119,7 @@ class Equation:
 
     @property
     def sides(self) -> tuple[nodes.Expression, nodes.Expression]:
-        return self.left, self.right
+        return self.body.left[0], self.body.right[0]
 
     @property
     def form(self) -> nodes.Expression:

@@ -34,6 +34,7 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    calls,
     degree,
     names,
     walk,
@@ -492,7 +493,7 @@ class Weights:
     def _rule(self, equation: Equation) -> TemperatureRule | None:
         """The slopes of a rule; None if it has no temperature or no slopes."""
         here = [name for name in equation.names if name in self.units]
-        rows = (TABLE.get(part.function) for part in _parts(equation) if isinstance(part, Call))
+        rows = [TABLE.get(call.function) for call in calls(*equation.sides)]
         # a file's own Python is not run
         if not here or any(row is None or row.source for row in rows):
             return None
@@ -577,7 +578,7 @@ class Weights:
 
     def _open(self, equation: Equation) -> bool:
         """Whether something is added to a temperature: ``T + 273.15`` may be absolute."""
-        sums = [part.terms for part in _parts(equation) if isinstance(part, Sum)]
+        sums = [part.terms for part in walk(*equation.sides) if isinstance(part, Sum)]
         for side, other in (equation.sides, (equation.right, equation.left)):
             sums += [(side, other)] if isinstance(side, Name) and side.name in self.units else []
         return any({0.0, 1.0} <= {degree(term, self.units) for term in terms} for terms in sums)
@@ -594,7 +595,3 @@ class Weights:
         energy = any(unit is None or unit.bases.get("m") == 2 for unit in units)
         signs = {slope > 0.0 for slope in rule.slopes[0].values() if slope}
         return len(signs) == 2 or (sure and energy)
-
-
-def _parts(equation: Equation) -> Iterator[Condition | Expression]:
-    return chain(walk(equation.left), walk(equation.right))

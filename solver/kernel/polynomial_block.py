@@ -84,7 +84,7 @@ class _Steps:
         equations = (
             problem.graph.model.equations[number] for number in problem.kernel.block.residuals
         )
-        return [self._value(smooth(equation.left, equation.right)) for equation in equations]
+        return [self._value(smooth(*equation.sides)) for equation in equations]
 
     def _value(self, node: Expression) -> Gross:
         match node:

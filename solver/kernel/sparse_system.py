@@ -214,7 +214,7 @@ class BlockArrays:
     ) -> None:
         names = (*unknowns, *known)
         self.n = len(unknowns)
-        forms = [smooth(e.left, e.right) for e in equations]
+        forms = [smooth(*e.sides) for e in equations]
         partials = {  # that are not 0 everywhere, by row and column
             (i, j): differentiate(form, unknown)
             for i, form in enumerate(forms)

@@ -83,7 +83,8 @@ def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
 def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
     names = {name: _shared_name(f"#{k}") for k, name in enumerate(equation.names)}
     numbers: list[float] = []
-    sides = _blank(equation.left, names, numbers), _blank(equation.right, names, numbers)
+    left, right = equation.sides
+    sides = _blank(left, names, numbers), _blank(right, names, numbers)
     if len(_INTERNED) >= MOST:
         _INTERNED.clear()
     return _INTERNED.setdefault(sides, Shape(*sides)), numbers
@@ -228,7 +229,7 @@ class ModelGraph:
             shape, numbers = shape_of(body)
             alike = shape, body.names.index(unknown), tuple(numbers)
             if alike not in self._isolated:
-                self._isolated[alike] = isolate(body.left, body.right, unknown), body.names
+                self._isolated[alike] = isolate(*body.sides, unknown), body.names
             self._isolations[key] = self._isolated[alike]
         return self._isolations[key]
 
@@ -312,21 +313,24 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
             stack.extend(node.parts)
 
 
-def angle_evidence(model: Model) -> Iterator[tuple[str, float, int]]:
+@once
+def angle_evidence(model: Model) -> Sequence[tuple[str, float, int]]:
     """The evidence of angles in rules that call functions of angles: in rules of one shape the same
     for other names, if the numbers in the arguments of periodic functions are the same."""
+    found = list[tuple[str, float, int]]()
     for rules in (rules for rules in by_shape(model) if _reads_angles(rules[0])):
-        places = _numbers_of_angles(rules[0].left, rules[0].right)
+        places = _numbers_of_angles(*rules[0].sides)
         alike: dict[tuple[float, ...], list[Equation]] = {}
         for rule in rules:
             numbers = shape_of(rule)[1]
             alike.setdefault(tuple([numbers[place] for place in places]), []).append(rule)
         for first, same in ((same[0], same) for same in alike.values()):
             number = {name: k for k, name in enumerate(first.names)}
-            said = _rule_angle_evidence(first.left, first.right)
+            said = _rule_angle_evidence(*first.sides)
             read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
             for rule in same:
-                yield from ((rule.names[k], turn, turns) for k, turn, turns in read)
+                found += [(rule.names[k], turn, turns) for k, turn, turns in read]
+    return found
 
 
 REPEATING = named(lambda row: row.turn or row.swings)
@@ -351,7 +355,7 @@ def _angles(model: Model, conditions: Iterable[Node] = ()) -> dict[str, Angle]:
     plain: set[str] = set()
     sums: dict[str, list[Equation]] = {}
     for rules in by_shape(model):
-        if is_angle_sum(rules[0].left) and is_angle_sum(rules[0].right):
+        if is_angle_sum(*rules[0].sides):
             for rule in rules:
                 for name in rule.names:
                     sums.setdefault(name, []).append(rule)
@@ -409,10 +413,10 @@ def within_half_turns(number: float, turn: float) -> float:
     return turn / 2 if wrapped == -turn / 2 else wrapped
 
 
-def is_angle_sum(side: nodes.Expression) -> bool:
+def is_angle_sum(*sides: nodes.Expression) -> bool:
     """Whether names, each a whole number of times, and numbers are only added up, compared or not:
     no evidence of angles, and harmless to them unless one of them is not an angle."""
-    for part in walk(side):
+    for part in walk(*sides):
         factors = (part.left, part.right) if isinstance(part, Product) else ()
         multiple = any(isinstance(one, Number) and one.value.is_integer() for one in factors)
         if not (multiple or isinstance(part, Name | Number | Negative | Sum) or _chooses(part)):

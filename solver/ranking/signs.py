@@ -139,7 +139,7 @@ class Signs:
         from solver.ranking.sizes import added
 
         for rules in by_shape(self.model):
-            sides = rules[0].left, rules[0].right
+            sides = rules[0].sides
             for side, other in (sides, sides[::-1]):
                 told: Sequence[Expression] = ()
                 if isinstance(other, Negative):
@@ -156,7 +156,7 @@ class Signs:
         """Names that a rule gives as a difference: their sign says nothing about their kind."""
         found = set[str]()
         for rules in by_shape(self.model):
-            sides = rules[0].left, rules[0].right
+            sides = rules[0].sides
             for side, other in (sides, sides[::-1]):
                 if isinstance(side, Name) and isinstance(other, Sum):
                     negative = sum(isinstance(term, Negative) for term in other.terms)
@@ -172,7 +172,7 @@ class Signs:
         forms = defaultdict[Sequence[object], list[Sequence[_Leaf]]](list)
         for equation in () if self.large else self.model.equations:
             if not self.angles.keys() & set(equation.names):  # a linkage goes anywhere
-                form, leaves = _form(equation.left, equation.right)
+                form, leaves = _form(*equation.sides)
                 forms[form].append(leaves)
         found = []
         many = (rules for rules in forms.values() if len(rules) >= LINKS)

@@ -33,7 +33,6 @@ from rulesheets.syntax.nodes import (
     Sum,
     is_number,
     names,
-    subtract,
     walk,
 )
 from solver.numerics.tolerances import NULL
@@ -217,7 +216,7 @@ class _Balances:
         ):
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
-        found = self._shared(added(subtract(*sides)))
+        found = self._shared(added(sides[0]) + added(Negative(sides[1])))
         drops = DROP if _is_balance([(part, sign) for part, sign, _ in found]) else 1.0
         exact = len(found) == 2 and all(term.exact for *_, term in found)
         shares = [1.0 if _is_level(part) else drops for part, *_ in found]
@@ -395,14 +394,18 @@ def _has_difference(node: Expression) -> bool:
             return False
 
 
-def added(node: Expression, negative: bool = False) -> list[tuple[Expression, bool]]:
+def added(node: Expression) -> list[tuple[Expression, bool]]:
     """The terms of nested sums, and whether each is subtracted."""
-    match node:
-        case Sum(terms):
-            return [part for term in terms for part in added(term, negative)]
-        case Negative(operand):
-            return added(operand, not negative)
-    return [(node, negative)]
+    found, waiting = list[tuple[Expression, bool]](), [(node, False)]
+    while waiting:
+        node, negative = waiting.pop()
+        if isinstance(node, Sum):
+            waiting += [(term, negative) for term in reversed(node.terms)]
+        elif isinstance(node, Negative):
+            waiting.append((node.operand, not negative))
+        else:
+            found.append((node, negative))
+    return found
 
 
 class Scalings:

@@ -420,7 +420,7 @@ class _Explanation:
                 others.remove(name)
                 yield f"{name} is one name: is {'*'.join(factors)} meant?"
         if "e" in missing and "e" in others:
-            powers = (n for e in model.equations for n in walk(e.left, e.right))
+            powers = (n for e in model.equations for n in walk(*e.sides))
             if any(isinstance(node, Power) and node.base == Name("e") for node in powers):
                 yield "e is a variable: write exp(x) for a power of Euler's number"
         for name in rows if others else ():

@@ -45,7 +45,7 @@ def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
     points, the first of them the sample."""
     doubtful = list[tuple[Mapping[str, float], float]]()
     inner = walk(*rule.left.parts, *rule.right.parts)
-    if len(rule.names) == len(names(rule.left, rule.right)) and not any(
+    if len(rule.names) == len(names(*rule.sides)) and not any(
         isinstance(one, Sum) for one in inner
     ):
         return 0.0  # what is rounded is no larger than what is varied
@@ -60,7 +60,7 @@ def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
     flow.at = Numbers(flow, dict(enumerate(points[0].values())))
     places = {name: flow.input(place) for place, name in enumerate(points[0])}
     with suppress(NotCompilable):  # the record may be more exact than the rule as written
-        both = [flow.expression(side, places) for side in (rule.left, rule.right)]
+        both = [flow.expression(side, places) for side in rule.sides]
         for values, size in doubtful:
             there = Numbers(flow, dict(enumerate(values.values())))
             shares.append(sum(map(there.error, both)) / size)

@@ -197,13 +197,13 @@ class Guards:
         without it.
         """
         flow = self.flow
-        symbols = [symbol_of(side, state.symbols) for side in (equation.left, equation.right)]
+        symbols = [symbol_of(side, state.symbols) for side in equation.sides]
         if symbols != [None, None]:
             return flow.constant(symbols[0] == symbols[1])
         checks = flow.checks.copy()
-        met = self._balanced(state, equation, equation.left, equation.right)
+        met = self._balanced(state, equation, *equation.sides)
         if not all(map(self._numbers, (*flow.checks[len(checks) :], met))):
-            form = subtract(equation.left, equation.right)
+            form = equation.form
             if (other := without_logarithm(form)) is not form:
                 flow.checks[:] = checks
                 return self._balanced(state, equation, other, ZERO)
@@ -244,8 +244,8 @@ class Guards:
     def _broken(self, state: State, equation: Equation) -> int:
         """Whether an equation is missed by far."""
         flow = self.flow
-        sides = [self._expression(state, side) for side in (equation.left, equation.right)]
-        miss, form = flow.add("sub", *sides), subtract(equation.left, equation.right)
+        sides = [self._expression(state, side) for side in equation.sides]
+        miss, form = flow.add("sub", *sides), equation.form
         flow.bound(miss)
         return flow.beyond(miss, STRANGE, self._sizes(state, equation, form)[0])
 

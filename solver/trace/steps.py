@@ -14,7 +14,6 @@ from itertools import compress
 from typing import TypeAlias
 
 from rulesheets.model import Equation, Model
-from rulesheets.syntax.nodes import subtract
 from solver.facts import Beside, DoubleRoot, NoValue
 from solver.kernel.block import BlockKernel, kernel_of
 from solver.leaves import Leaf
@@ -178,7 +177,7 @@ class StepRecording(Inverses):
             self._on(state)
             if holds is not False:
                 continue
-            form = subtract(rule.left, rule.right)
+            form = rule.form
             slopes = {n: self._slope(state, form, n) for n in rule.names if n in new}
             name = max(
                 slopes, key=lambda n: abs(self._numbers(flow.add("mul", slopes[n], values[n])))
@@ -214,7 +213,7 @@ class StepRecording(Inverses):
             return [*found.values()]
         flow, misses, slopes = self.flow, list[int](), dict[tuple[int, int], int]()
         for row, rule in enumerate(rules):
-            form = subtract(rule.left, rule.right)
+            form = rule.form
             misses.append(residual(flow, form, there.values))
             for column, name in enumerate(found):
                 if name in rule.names:
@@ -280,7 +279,7 @@ class StepRecording(Inverses):
             match [*unknown[index]]:
                 case []:
                     rule = self.model.equations[index]
-                    miss = self._expression(state, subtract(rule.left, rule.right))
+                    miss = self._expression(state, rule.form)
                     if not _is_zero(self.flow, miss):
                         raise NotCompilable
                 case [name]:
