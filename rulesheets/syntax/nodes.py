@@ -541,7 +541,8 @@ def chain(node: Expression) -> list[tuple[str, Expression]]:
 
 def bare(node: Expression) -> bool:
     """Whether an expression is a plain number: it adopts the unit of the terms next to it."""
-    return not names(node) and not units_of(node)
+    leaves = (leaf for leaf in walk(node) if isinstance(leaf, Name | Number))
+    return all(isinstance(leaf, Number) and leaf.unit is None for leaf in leaves)
 
 
 ZERO = Number(0.0)
