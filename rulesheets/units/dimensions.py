@@ -88,7 +88,7 @@ class Powers(NamedTuple):
     any: bool = False
     numbers: frozenset[float] = frozenset()
 
-    def plus(self, other: Powers, times: Any = 1) -> Powers:
+    def plus(self, other: Powers, times: Any) -> Powers:
         why = self.why if len(self.why) > LONGEST_CHAIN or not other.why else self.why | other.why
         known, open_ = _sum(self.known, other.known, times), _sum(self.open, other.open, times)
         return Powers(known, open_, why, numbers=self.numbers | other.numbers)

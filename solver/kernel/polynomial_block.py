@@ -169,10 +169,6 @@ def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
     return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
-def _decimal(number: float) -> Fraction:
-    return Fraction(repr(number))
-
-
 def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolynomial | None:
     followed = _followed(problem, exact)
     if followed is None:
@@ -200,7 +196,7 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     found = _one_polynomial(problem)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, _decimal)
+        written = _one_polynomial(problem, lambda number: Fraction(repr(number)))
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:

@@ -93,11 +93,9 @@ def suggested(
     places = [unknowns.index(name) for name in names]
     inverse = np.linalg.pinv(a, rcond=NULL)
     determined = np.einsum("ij,ji->i", inverse[places], a[:, places]) > 1.0 - UNDECIDED
-    return _sparse(-(inverse[places] @ k)), (-(inverse[places] @ c)).tolist(), determined.tolist()
-
-
-def _sparse(matrix: Vector) -> list[Slopes]:
-    return [[(place, slope) for place, slope in enumerate(row) if slope] for row in matrix.tolist()]
+    weights = (-(inverse[places] @ k)).tolist()
+    slopes = [[(place, slope) for place, slope in enumerate(row) if slope] for row in weights]
+    return slopes, (-(inverse[places] @ c)).tolist(), determined.tolist()
 
 
 def nearly_balanced(
