@@ -17,29 +17,9 @@ _PLACES = frozenset({"span", "gap", "like"})
 
 
 @dataclass_transform(eq_default=False)
-class Fields(type):
-    """Makes the annotated names of a class its fields: slots, and the arguments of its constructor.
-
-    ``dataclass`` does this too, but takes more than twice the time at every start.
-    """
-
-    def __new__(cls, name: str, bases: tuple[type, ...], space: dict[str, Any]) -> Fields:
-        annotations = space.get("__annotations__", {}).items()
-        fields = tuple(field for field, kind in annotations if "ClassVar" not in kind)
-        defaults = {one: space.pop(one) for one in fields if one in space}
-        space["__slots__"] = space["__match_args__"] = fields
-        if fields:
-            given = {one: f"{one}=defaults[{one!r}]" for one in defaults}
-            taken = ", ".join(given.get(one, one) for one in fields)
-            kept = "; ".join(f"self.{one} = {one}" for one in fields)
-            exec(f"def __init__(self, {taken}): {kept}", {"defaults": defaults}, space)
-            space["_values"] = attrgetter(*fields)
-            space["_content"] = attrgetter(*(one for one in fields if one not in _PLACES))
-        return super().__new__(cls, name, bases, space)
-
-
-class Node(metaclass=Fields):
-    """A value of its fields; ``span`` and ``gap`` are only its position in the text.
+class Node:
+    """A value of its fields, the annotated names of its class, which are the arguments of its
+    constructor; ``span`` and ``gap`` are only its position in the text.
 
     ``parts`` are its expressions and conditions from left to right, without the arms of an ``if``.
     No node is changed.
@@ -48,7 +28,21 @@ class Node(metaclass=Fields):
     parts: ClassVar[Any] = ()
     _values: ClassVar[attrgetter[Any]]
     _content: ClassVar[attrgetter[Any]]
-    __match_args__: ClassVar[tuple[str, ...]]
+    __match_args__: ClassVar[tuple[str, ...]] = ()
+
+    def __init_subclass__(cls) -> None:
+        """As ``dataclass`` does, which takes more than twice the time at every start. (A metaclass
+        would do for slots, but make ``isinstance`` and ``match`` several times slower.)"""
+        own = vars(cls).get("__annotations__", {}).items()
+        if fields := tuple(field for field, kind in own if "ClassVar" not in kind):
+            taken = ", ".join(f"{one}=cls.{one}" if one in vars(cls) else one for one in fields)
+            kept = "; ".join(f"self.{one} = {one}" for one in fields)
+            made: dict[str, Any] = {}
+            exec(f"def __init__(self, {taken}): {kept}", {"cls": cls}, made)
+            cls.__match_args__ = fields  # type: ignore[misc]
+            cls.__init__ = made["__init__"]  # type: ignore[method-assign]
+            cls._values = attrgetter(*fields)
+            cls._content = attrgetter(*(one for one in fields if one not in _PLACES))
 
     def but(self, **changes: Any) -> Self:
         """The same with other values of some fields."""
@@ -481,7 +475,8 @@ def conjunction(outcomes: Iterable[tuple[Condition, bool]], opposite: _Opposite 
 
 def walk(*roots: Expression | Condition) -> list[Expression | Condition]:
     """Nodes and all their parts, left to right, each before its own parts."""
-    found, stack = list[Expression | Condition](), [*reversed(roots)]
+    found: list[Expression | Condition] = []
+    stack = [*reversed(roots)]
     while stack:
         item = stack.pop()
         found.append(item)
@@ -492,12 +487,12 @@ def walk(*roots: Expression | Condition) -> list[Expression | Condition]:
 
 def names(*roots: Expression | Condition) -> list[str]:
     """Names of the variables in nodes, left to right, with repetition."""
-    return [node.name for node in walk(*roots) if isinstance(node, Name)]
+    return [node.name for node in walk(*roots) if type(node) is Name]
 
 
 def calls(*roots: Expression | Condition) -> list[Call]:
     """The calls of functions in nodes, left to right, each before those in its arguments."""
-    return [node for node in walk(*roots) if isinstance(node, Call)]
+    return [node for node in walk(*roots) if type(node) is Call]
 
 
 def names_of(body: RuleBody) -> Iterable[str]:
@@ -541,8 +536,10 @@ def chain(node: Expression) -> list[tuple[str, Expression]]:
 
 def bare(node: Expression) -> bool:
     """Whether an expression is a plain number: it adopts the unit of the terms next to it."""
-    leaves = (leaf for leaf in walk(node) if isinstance(leaf, Name | Number))
-    return all(isinstance(leaf, Number) and leaf.unit is None for leaf in leaves)
+    return not any(
+        type(part) is Name or (type(part) is Number and part.unit is not None)
+        for part in walk(node)
+    )
 
 
 ZERO = Number(0.0)

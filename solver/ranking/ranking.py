@@ -99,11 +99,11 @@ FLOATS = Arithmetic(
 )
 
 
-class Ranking:
-    """The ranking for one model and one set of ``known`` names, at any values of these.
+class Sizes:
+    """The sizes that the rules and the ``known`` numbers of a model suggest, or guesses.
 
     ``read`` are the names that an answer is compared by: unknowns ``among`` its own (None: all),
-    those of the sheet before those of its subsheets.
+    those of the sheet, ``names``, before those of its subsheets.
     """
 
     def __init__(
@@ -113,7 +113,7 @@ class Ranking:
         among: Collection[str] | None = None,
         guesses: Mapping[str, float] | None = None,
     ) -> None:
-        self.graph, signs = planner(model).graph, signs_of(model)
+        self.model, self.signs = model, signs_of(model)
         self.known = tuple(sorted(name for name in known if name in model.variables))
         there = model.variables if among is None else among
         self.read = tuple(
@@ -121,8 +121,49 @@ class Ranking:
         )
         self.names = tuple(name for name in self.read if "." not in name)
         self.guesses = {n: guess for n, guess in (guesses or {}).items() if n in self.read}
-        self._model, self._suggestions = model, signs.suggestions
-        every = (*self.read, *self.known)
+        self.angles = [name in self.signs.angles for name in self.names]
+
+    def suggested(
+        self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]
+    ) -> _Suggested:
+        """The suggested decade of each name, and whether it follows from the inputs; nan is one
+        without a size."""
+        pattern, kept = (self.known, self.names, zero), self.signs.suggestions
+        if pattern not in kept:
+            from solver.ranking.sizes import suggested  # mostly kept from an earlier run
+
+            kept[pattern] = suggested(self.model, *pattern)
+        slopes_of, constants, determined = kept[pattern]
+        sizes = [on.decade(on.there(number, 1.0)) for number in given]
+        decades = [
+            sum((slope * sizes[place] for place, slope in slopes), constant)
+            for slopes, constant in zip(slopes_of, constants, strict=True)
+        ]
+        guesses = map(self.guesses.get, self.names)
+        return [
+            FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)
+        ], determined
+
+    def apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
+        """Decades from the suggested size for each name; 0 for angles and for zeros."""
+        return [
+            0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
+            for angle, number, decade in zip(self.angles, row, sizes[0], strict=False)
+        ]
+
+
+class Ranking(Sizes):
+    """The ranking for one model and one set of ``known`` names, at any values of these."""
+
+    def __init__(
+        self,
+        model: Model,
+        known: Collection[str],
+        among: Collection[str] | None = None,
+        guesses: Mapping[str, float] | None = None,
+    ) -> None:
+        super().__init__(model, known, among, guesses)
+        self.graph, signs, every = planner(model).graph, self.signs, (*self.read, *self.known)
         alike = {signs.kinds.get(n) for n in known if n in signs.radii}
         positive = {
             n for n, multiplies in signs.radii.items() if multiplies and signs.kinds.get(n) in alike
@@ -137,7 +178,6 @@ class Ranking:
         self._aside = [name in signs.aside for name in self.names]
         self._phases = [name in signs.phases for name in self.names]
         self._cancels = [name in signs.differences for name in self.names]
-        self.angles = [name in signs.angles for name in self.names]
         places = {name: place for place, name in enumerate(every)}
         pairs = {pair for pairs in signs.series for pair in pairs if signs.aside.isdisjoint(pair)}
         self._neighbours = [
@@ -221,7 +261,7 @@ class Ranking:
         weights = [0.0 if aside else positive.get(kind, 1.0) for kind, aside in kinds]
         counted = [positive[kind] for kind in self._kinds]
         factors = [self._factored([*row, *given], counted, on) for row in rows]
-        sizes = self._suggested(on, given, zero)
+        sizes = self.suggested(on, given, zero)
         rough = [self._roughness([*row, *given], on) if self._neighbours else 0.0 for row in rows]
         told = zip(rows, factors, rough, strict=True)
         keys = [self._key(*row, most, tops, weights, sizes, on) for row in told]
@@ -229,26 +269,6 @@ class Ranking:
         for key in keys:  # what is within half a decade of the best is of the same size
             key[SIZE] = on.rounded(GRAIN * on.largest([key[SIZE] - least - SLACK, 0.0]))
         return keys
-
-    def unlikely(
-        self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
-    ) -> list[tuple[str, ...]]:
-        """The names of each answer whose numbers are of unlikely size.
-
-        A single answer, or one of only unlikely answers, has such a name only if its size follows
-        from the inputs and is exceeded: a small number may be a difference of large ones.
-        """
-        numbers = _numbers(given, self.known)
-        sizes = self._suggested(FLOATS, numbers, tuple([number == 0.0 for number in numbers]))
-        rows = [[FLOATS.there(n, 0.0) for n in _numbers(answer, self.read)] for answer in answers]
-        apart = [list(zip(self._apart(row, sizes, FLOATS), sizes[1], strict=True)) for row in rows]
-        # a small number is far from a suggested size only if that follows
-        far = [[(abs(d) if determined else d) > UNLIKELY for d, determined in one] for one in apart]
-        if all(map(any, far)):
-            far = [[determined and d > UNLIKELY for d, determined in one] for one in apart]
-        return [
-            tuple(n for n, mark in zip(self.names, marks, strict=True) if mark) for marks in far
-        ]
 
     # --- keys ---
 
@@ -266,7 +286,7 @@ class Ranking:
         negatives = zeros = turned = minus = far = back = 0.0
         wide, distance, none = factors
         signs: list[Figure] = []
-        apart = self._apart(row, sizes, on)
+        apart = self.apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
             zip(self.angles, self._floors, self._right, strict=True)
         ):
@@ -348,13 +368,6 @@ class Ranking:
         ]
         return on.rounded(GRAIN * on.decade(sum((a - b) * (a - b) for a, b in ends)))
 
-    def _apart(self, row: Sequence[Figure], sizes: _Suggested, on: Arithmetic) -> list[Figure]:
-        """Decades from the suggested size for each name; 0 for angles and for zeros."""
-        return [
-            0.0 if angle else (on.decade(number) - decade) * (number != 0.0)
-            for angle, number, decade in zip(self.angles, row, sizes[0], strict=False)
-        ]
-
     def _guessed(self, row: Sequence[Figure], on: Arithmetic) -> Figure:
         """The distance from the guesses, on a scale on which nearly equal distances are equal."""
         total = 0.0
@@ -365,27 +378,6 @@ class Ranking:
             share = apart / max(abs(guess), 1.0)
             total = total + share * share
         return on.rounded(GRAIN * on.decade(total))
-
-    def _suggested(
-        self, on: Arithmetic, given: Sequence[Figure], zero: tuple[bool, ...]
-    ) -> _Suggested:
-        """The suggested decade of each name, and whether it follows from the inputs; nan is one
-        without a size."""
-        pattern = self.known, self.names, zero
-        if pattern not in self._suggestions:
-            from solver.ranking.sizes import suggested  # mostly kept from an earlier run
-
-            self._suggestions[pattern] = suggested(self._model, *pattern)
-        slopes_of, constants, determined = self._suggestions[pattern]
-        sizes = [on.decade(on.there(number, 1.0)) for number in given]
-        decades = [
-            sum((slope * sizes[place] for place, slope in slopes), constant)
-            for slopes, constant in zip(slopes_of, constants, strict=True)
-        ]
-        guesses = map(self.guesses.get, self.names)
-        return [
-            FLOATS.decade(g) if g else d for g, d in zip(guesses, decades, strict=True)
-        ], determined
 
 
 def _principal(graph: ModelGraph, name: str, known: Collection[str]) -> tuple[float, float] | None:
@@ -437,11 +429,25 @@ def unlikely(
     guesses: Mapping[str, float],
 ) -> list[tuple[str, ...]]:
     """The names of each answer whose numbers are of unlikely size; ``answers`` hold the inputs as
-    well."""
+    well.
+
+    A single answer, or one of only unlikely answers, has such a name only if its size follows from
+    the inputs and is exceeded: a small number may be a difference of large ones.
+    """
+    if not answers:
+        return []
     if len(answers) == 1:
         numbers = (1.0, *answers[0].values(), *guesses.values())
         sizes = [abs(number) for number in numbers if isinstance(number, float) and number]
         if max(sizes) / SPAN <= min(sizes):
             return [()]
-    among = {name for values in answers for name in values}
-    return Ranking(model, inputs, among, guesses).unlikely(answers, inputs) if answers else []
+    on = Sizes(model, inputs, {name for values in answers for name in values}, guesses)
+    given = _numbers(inputs, on.known)
+    suggested = on.suggested(FLOATS, given, tuple([number == 0.0 for number in given]))
+    rows = [[FLOATS.there(n, 0.0) for n in _numbers(answer, on.read)] for answer in answers]
+    apart = [list(zip(on.apart(r, suggested, FLOATS), suggested[1], strict=True)) for r in rows]
+    # a small number is far from a suggested size only if that follows
+    far = [[(abs(d) if determined else d) > UNLIKELY for d, determined in one] for one in apart]
+    if all(map(any, far)):
+        far = [[determined and d > UNLIKELY for d, determined in one] for one in apart]
+    return [tuple(n for n, mark in zip(on.names, marks, strict=True) if mark) for marks in far]

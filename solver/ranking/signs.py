@@ -54,17 +54,18 @@ class Factor(NamedTuple):
 
 
 class Signs:
-    """The role of signs of the variables of a model: ``angles``, with their full turns, and the
-    names whose signs do not count, ``aside``. The suggested sizes are kept here, too: see
-    ``Ranking``."""
+    """The role of signs of the variables of a model. The suggested sizes are kept here, too: see
+    ``Sizes`` of ``ranking.py``."""
 
     def __init__(self, model: Model) -> None:
-        self.model = model
-        self.angles = _angles(model)
-        self.large = len(model.variables) > MANY
+        self.model, self.large = model, len(model.variables) > MANY
         self.suggestions: dict[Any, Any] = {}
+
+    @cached_property
+    def aside(self) -> Set[str]:
+        """The names whose signs do not count."""
         found = set(self.angles)  # and what rules tell from one of them alone
-        rules = [e for e in model.equations if len(e.names) == 2] if found else []
+        rules = [e for e in self.model.equations if len(e.names) == 2] if found else []
         before = -1
         while len(found) > before:
             before = len(found)
@@ -72,14 +73,34 @@ class Signs:
                 told = set(rule.names) - found
                 if len(told) == 1 and any(_has_odd_power(side, *told) for side in rule.sides):
                     found |= told
-        ranged = (n for n, v in model.variables.items() if v.low < 0.0 and v.ranged)
+        ranged = (n for n, v in self.model.variables.items() if v.low < 0.0 and v.ranged)
         sides = [sides for e in self._periodic for sides in (e.sides, (e.right, e.left))]
         swinging = (  # what a rule gives as a swing of a phase has either sign
             one.name
             for one, other in sides
             if isinstance(one, Name) and _swings(other, self.phases)
         )
-        self.aside = frozenset(found.union(ranged, swinging, self._opposed()))
+        return found.union(ranged, swinging, self._opposed())
+
+    @cached_property
+    def angles(self) -> Mapping[str, float]:
+        """The full turns of variables in degrees or radians, arguments of sines, results of their
+        inverses, and what is added to any of these."""
+        model = self.model
+        found = {
+            n: 2.0 * pi ** (1 - v.measure.pi) / float(v.measure.factor)
+            for n, v in model.variables.items()
+            if v.measure is not None and v.measure.bases == {ANGLE: 1}
+        }
+        found = {name: turn for name, turn, _ in angle_evidence(model) if turn} | found
+        sums = [_terms(*equation.sides) for equation in model.equations] if found else []
+        before = -1
+        while len(found) > before:
+            before = len(found)
+            for names in sums:
+                if turn := next((found[name] for name in sorted(names) if name in found), None):
+                    found |= {name: turn for name in names if name not in found}
+        return found
 
     @cached_property
     def inclinations(self) -> Set[str]:
@@ -282,25 +303,6 @@ def _swings(node: Any, known: Set[str]) -> bool:
         case Quotient(left, _):
             return _swings(left, known)
     return False
-
-
-def _angles(model: Model) -> dict[str, float]:
-    """The full turns of variables in degrees or radians, arguments of sines, results of their
-    inverses, and what is added to any of these."""
-    found = {
-        n: 2.0 * pi ** (1 - v.measure.pi) / float(v.measure.factor)
-        for n, v in model.variables.items()
-        if v.measure is not None and v.measure.bases == {ANGLE: 1}
-    }
-    found = {name: turn for name, turn, _ in angle_evidence(model) if turn} | found
-    sums = [_terms(*equation.sides) for equation in model.equations] if found else []
-    before = -1
-    while len(found) > before:
-        before = len(found)
-        for names in sums:
-            if turn := next((found[name] for name in sorted(names) if name in found), None):
-                found |= {name: turn for name in names if name not in found}
-    return found
 
 
 _Leaf = tuple[str | float, bool]

@@ -394,7 +394,8 @@ def _has_difference(node: Expression) -> bool:
 
 def added(node: Expression) -> list[tuple[Expression, bool]]:
     """The terms of nested sums, and whether each is subtracted."""
-    found, waiting = list[tuple[Expression, bool]](), [(node, False)]
+    found: list[tuple[Expression, bool]] = []
+    waiting = [(node, False)]
     while waiting:
         node, negative = waiting.pop()
         if isinstance(node, Sum):
