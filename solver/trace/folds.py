@@ -41,8 +41,8 @@ Box: TypeAlias = tuple[float, ...]
 """The ends of the tear, then those of the known numbers that have ranges."""
 Proof: TypeAlias = Callable[..., bool]
 
-MANY, FEW = 2500, 500
-"""Boxes in all of the proof for a sample, and of others."""
+MOST = 500, 2500
+"""Boxes in all of a proof: the second number if that for the sample takes more than the first."""
 SHARES = 0.3, 0.1, 0.03, 0.01, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7
 """How far all sides are moved first, relative to where they are: the farthest that is proved."""
 FIRST, GROWTH, SHRINKING, NEXT, NARROWEST = 0.3, 3.0, 8.0, 1e-2, 1e-3
@@ -130,7 +130,8 @@ class ConstantRootCount:
         self._shares = dict[tuple[int, Ways], float]()
         """How far numbers are moved next from a box, in each direction."""
         proofs = [*_proofs(kernel, case, sample, varying, margins or [0.0] * len(sample))]
-        found = next((proves for proves in proofs if proves(self.boxes[0], MANY)), None)
+        tried = (partial(proves, most=most) for most in MOST for proves in proofs)
+        found = next((proves for proves in tried if proves(self.boxes[0])), None)
         self._proves, self.proved = found or (lambda _: False), found is not None
         self._hop, self._beyond = (HOP, BEYOND) if proofs else FARTHER
         if not self.proved:
@@ -272,7 +273,8 @@ def _keeps_roots(
     margins: Sequence[tuple[float, float]],
     wide: Sequence[bool],
     ranges: Sequence[Ends],
-    most: int = FEW,
+    *,
+    most: int,
 ) -> bool:
     """Whether no root appears or vanishes within the ``wide`` ranges, widened by margins and
     shares."""
