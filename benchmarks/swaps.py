@@ -1,14 +1,15 @@
 """Prepared calls over every single swap of the shipped models: one output given, one input wanted.
 
-    python -m benchmarks.swaps [--model NAME]… [--rows N] [--budget SECONDS] [--kept FILE]
-        [--each] [--agree] [--wide] [--write]
+    python -m benchmarks.swaps [--model NAME]… [--everyday] [--rows N] [--budget SECONDS]
+        [--kept FILE] [--each] [--agree] [--wide] [--write]
 
 Each swap that leads back to the state of its sheet is prepared once; then it is called at numbers
 next to that state, and swept over rows of them. The figures are distributions over the swaps, in
 processor time. A swap gets ``--budget`` seconds: what it has not been asked by then is left out.
 ``--kept`` appends what was measured to a file and leaves out the swaps that stand there, so that a
 run can be stopped and taken up again. ``--agree`` compares calls with full solves: statuses, number
-of answers, and values beside their error bars. ``--wide`` sweeps a sample of the swaps over a wide
+of answers, and values beside their error bars. ``--everyday`` asks the backward questions of
+tests/everyday instead, prepared for the first number that each gives. ``--wide`` sweeps a sample of the swaps over a wide
 range instead, with plans that know nothing before. ``--write`` puts the tables into docs/speed.md.
 """
 
@@ -23,6 +24,7 @@ import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import asdict, dataclass, field
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
@@ -32,6 +34,7 @@ import rulesheets
 import solver
 from benchmarks.pages import ROOT, place
 from benchmarks.speed.page import Claim, Section, figures
+from tests.everyday.corpus import sheets
 
 MODELS = ROOT / "models"
 NAMES = sorted(path.parent.name for path in MODELS.glob("*/model.tk"))
@@ -117,6 +120,21 @@ def swaps(
                 yield Swap(name, given, wanted), plan, state[given]
 
 
+def everyday(known: set[tuple[str, str, str]], share: float) -> Iterator[tuple[Swap, Any, float]]:
+    """The backward questions of the everyday sheets, or a share of them, likewise."""
+    for question in (question for sheet in sheets() for question in sheet.questions()):
+        numbers = {name: v for name, v in question.changes.items() if isinstance(v, float)}
+        asked = tuple(name for name, v in question.changes.items() if v is None)
+        name, label = f"{question.sheet.area}/{question.sheet.name}", " ".join(asked)
+        given = next(iter(numbers), "")
+        draw = random.Random(f"wide {question.id}").random()
+        if given and (name, given, label) not in known and draw < share:
+            plan: Any = solver.prepare(
+                question.sheet.model, [given], asked, question.changes, timeout=PATIENCE
+            )
+            yield Swap(name, given, label), plan, numbers[given]
+
+
 def asked(plan: Any, point: float) -> list[Any]:
     """All answers; none where it is unsolved."""
     try:
@@ -159,9 +177,8 @@ def widely(swap: Swap, plan: Any, number: float) -> Swap:
     """Time a sweep by a plan that knows nothing, and the same rows after."""
     low, high = WIDE
     column = np.linspace(low * number, high * number, WIDE_ROWS)
-    fresh: Any = solver.prepare(
-        plan.model, plan.inputs, plan.want, {swap.wanted: None}, timeout=PATIENCE
-    )
+    cleared = {name: plan.given.get(name) for name in plan.model.variables}
+    fresh: Any = solver.prepare(plan.model, plan.inputs, plan.want, cleared, timeout=PATIENCE)
     started = time.process_time()
     fresh.sweep(column)
     swap.learn = (time.process_time() - started) * 1e6
@@ -320,6 +337,7 @@ def kept_in(path: Path | None) -> list[Swap]:
 def main() -> None:
     parser = argparse.ArgumentParser()
     parser.add_argument("--model", choices=NAMES, action="append", help="several can be named")
+    parser.add_argument("--everyday", action="store_true")
     parser.add_argument("--rows", type=int, default=100_000)
     parser.add_argument("--budget", type=float, default=3.0)
     parser.add_argument("--kept", type=Path)
@@ -330,28 +348,29 @@ def main() -> None:
     options = parser.parse_args()
     found = kept_in(options.kept)
     known = {(s.model, s.given, s.wanted) for s in found}
-    for name in options.model or NAMES:
-        for swap, plan, number in swaps(name, known, SAMPLE if options.wide else 1.0):
-            if options.wide:
-                widely(swap, plan, number)
-            else:
-                measure(swap, plan, number, options.rows, options.budget)
-            if options.agree:
-                points = (number, number * (1 + 0.3 * SPREAD), number * (1 - 0.7 * SPREAD))
-                swap.differs = [text for point in points if (text := difference(plan, point))]
-            found.append(swap)
-            if options.kept:
-                with options.kept.open("a", encoding="utf-8") as file:
-                    file.write(json.dumps(asdict(swap)) + "\n")
-            if options.each or swap.differs or _is_slow(swap):
-                print(swap, *swap.differs, flush=True)
-        print(f"{name}: {sum(s.model == name for s in found)} swaps", file=sys.stderr, flush=True)
+    share = SAMPLE if options.wide else 1.0
+    models = chain.from_iterable(swaps(name, known, share) for name in options.model or NAMES)
+    for swap, plan, number in everyday(known, share) if options.everyday else models:
+        if options.wide:
+            widely(swap, plan, number)
+        else:
+            measure(swap, plan, number, options.rows, options.budget)
+        if options.agree:
+            points = (number, number * (1 + 0.3 * SPREAD), number * (1 - 0.7 * SPREAD))
+            swap.differs = [text for point in points if (text := difference(plan, point))]
+        found.append(swap)
+        if options.kept:
+            with options.kept.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(asdict(swap)) + "\n")
+        if options.each or swap.differs or _is_slow(swap):
+            print(swap, *swap.differs, flush=True)
+    prefix = "everyday " if options.everyday else ""
     for section in [wide_section(found)] if options.wide else sections(found):
         print(f"\n## {section.title}\n\n{section.markdown()}")
         if options.write and not place(
-            ROOT / "docs" / "speed.md", f"speed: {section.name}", section.markdown()
+            ROOT / "docs" / "speed.md", f"speed: {prefix}{section.name}", section.markdown()
         ):
-            sys.exit(f"docs/speed.md has no place for {section.name}")
+            sys.exit(f"docs/speed.md has no place for {prefix}{section.name}")
 
 
 if __name__ == "__main__":

@@ -130,7 +130,7 @@ class ConstantRootCount:
         self._shares = dict[tuple[int, Ways], float]()
         """How far numbers are moved next from a box, in each direction."""
         proofs = [*_proofs(kernel, case, sample, varying, margins or [0.0] * len(sample))]
-        tried = (partial(proves, most=most) for most in MOST for proves in proofs)
+        tried: Iterator[Proof] = (partial(p, most=most) for most in MOST for p in proofs)
         found = next((proves for proves in tried if proves(self.boxes[0])), None)
         self._proves, self.proved = found or (lambda _: False), found is not None
         self._hop, self._beyond = (HOP, BEYOND) if proofs else FARTHER
