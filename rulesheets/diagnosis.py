@@ -7,6 +7,7 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from enum import StrEnum
 from functools import cache, cached_property
+from operator import eq
 from typing import NamedTuple
 
 from rulesheets.syntax import Span, escaped
@@ -227,12 +228,12 @@ def catalogue() -> dict[str, Entry]:
 def closest(word: str, known: Iterable[str]) -> str | None:
     """The known word that ``word`` most likely stands for; None if none is similar.
 
-    The same letters in another case come first, then Ratcliff and Obershelp's similarity; of
-    equals, the first in the given order.
+    The same letters in another case come first, most of them in the same case, then Ratcliff and
+    Obershelp's similarity; of equals, the first in the given order.
     """
     candidates = list(dict.fromkeys(known))
     if same := [one for one in candidates if one.lower() == word.lower() and one != word]:
-        return same[0]
+        return max(same, key=lambda one: sum(map(eq, one, word)))
     folded = {candidate.lower(): candidate for candidate in reversed(candidates)}
     from difflib import get_close_matches  # only mistakes need it
 

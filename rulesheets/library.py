@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import os
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from decimal import Decimal
 from fractions import Fraction
@@ -276,6 +276,11 @@ class Library:
     def names(self) -> tuple[str, ...]:
         """The names that a suggestion may use."""
         return tuple(self._definitions)
+
+    def prefixed(self) -> Iterator[str]:
+        """The names that take SI prefixes, with each of them."""
+        for name, (_, _, takes) in self._definitions.items():
+            yield from (prefix + name for prefix in PREFIXES if takes)
 
     def _defined(self, name: str) -> Unit | None:
         if name in self._definitions:

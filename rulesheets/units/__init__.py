@@ -120,7 +120,9 @@ def library_of(rows: Sequence[UnitRow]) -> Library:
 def _unknown(wrong: UnitError, text: str, place: Span | None, units: Library) -> Diagnosis:
     if wrong.name in units.names():
         return error_at("E462", f"{wrong.name} is defined by itself", place)
-    notes = _apart(wrong.name, units) or suggestion(wrong.name, units.names())
+    every = (*units.names(), *units.prefixed())
+    alike = [one for one in every if one.lower() == wrong.name.lower()]
+    notes = _apart(wrong.name, units) or suggestion(wrong.name, alike or units.names())
     message = f"{wrong}" if wrong.name in ("", text) else f"{wrong} (in {text})"
     return error_at("E460", message, place, *notes)
 
