@@ -337,11 +337,12 @@ class Ranking(Sizes):
     def _factored(
         self, numbers: Sequence[Figure], counted: Sequence[Figure], on: Arithmetic
     ) -> tuple[Figure, Figure, Figure]:
-        """The number of negative factors that are sums, if no unknown in them is usually negative;
-        by how many decades their terms are larger than they; and how many are 0. Neighbours, whose
-        plain difference is taken, are alike."""
+        """The number of negative factors that are sums, if a number stands in them or no unknown in
+        them is usually negative; by how many decades their terms are larger than they; and how many
+        are 0. Neighbours, whose plain difference is taken, are alike."""
         crossed, lost, none = 0.0, 0.0, 0.0
         for plain, factor in self._factors:
+            alone = sum(abs(share) for share, over, under in factor if not (over or under))
             weight, terms = 1.0, []
             for share, over, under in factor:
                 term = share
@@ -349,13 +350,12 @@ class Ranking(Sizes):
                     term = term * numbers[place]
                 for place in under:
                     term = term / on.largest([abs(numbers[place]), LEAST])
-                for place in {*over, *under}.intersection(range(len(self.read))):
+                for place in {*over, *under}.intersection(() if alone else range(len(self.read))):
                     weight = weight * counted[place]
                 terms.append(term)
             total, size = sum(terms), on.largest([sum(map(abs, terms)), LEAST])
             crossed = crossed + weight * (total < -ZERO * size)
             none = none + weight * (abs(total) <= ZERO * size)
-            alone = sum(abs(share) for share, over, under in factor if not (over or under))
             rest = abs(total) if not alone else -on.largest([-abs(total), -alone])
             decades = on.decade(size) - on.decade(on.largest([rest, ZERO * size]))
             lost = lost + weight * decades * (decades > (DIFFERENCE if plain else 0.0))
