@@ -325,7 +325,7 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
     rule that leads to one of its missing values."""
     asked = {name for pair in leaf.branch.signs for name in nodes.names(*pair)}
     facts = leaf.branch.inactive.values()
-    refused = [_without_value(model, fact) for fact in facts]
+    refused = [without_value(model, fact) for fact in facts]
     if any(isinstance(fact, Conflict) for fact in facts) or any(
         not asked.isdisjoint(unknowns) for _, unknowns in refused
     ):
@@ -341,7 +341,7 @@ def leading_to_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) ->
     return {equation for step in path.steps for equation in equations_of(step)}
 
 
-def _without_value(model: Model, fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
+def without_value(model: Model, fact: Fact) -> tuple[tuple[int, ...], tuple[str, ...]]:
     """The equations that no value satisfies according to a proven fact, and the unknowns in
     question."""
     match fact:

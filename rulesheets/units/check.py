@@ -276,15 +276,22 @@ def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str,
 
 
 def _constant(found: Mismatch, statement: Statement) -> list[str]:
-    """The unit of a constant of the rule that would resolve the mismatch."""
-    one, other = (Powers(form.dimension) for form in found.forms)
+    """The unit of a constant of the rule that would resolve the mismatch, one that is no power of
+    ten first."""
+    asked = []
+    one, other = (Powers(form.known) for form in found.forms)
     for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
         for leaf, power in _factors_of(side) if side else ():
             if isinstance(leaf, Number) and not leaf.unit and leaf.value in _constants(statement):
-                shown = _shown(leaf, statement.place)
-                unit = unit_text(missing.times(1 / power).known)
-                return [f"if {shown} is a constant with a unit, write it: {shown}[{unit}]"]
-    return []
+                unit = missing.times(1 / power).known
+                plain = {base: e for base, e in unit.items() if base != SIZE}
+                texts = (unit_text(exponents) for exponents in (unit, plain))
+                asked.append(
+                    (leaf, next((t for t in texts if not t[0].isdigit()), unit_text(plain)))
+                )
+    asked.sort(key=lambda pair: math.log10(abs(pair[0].value)).is_integer())
+    shown = [(_shown(leaf, statement.place), unit) for leaf, unit in asked[:1]]
+    return [f"if {one} is a constant with a unit, write it: {one}[{unit}]" for one, unit in shown]
 
 
 def _millikelvin(model: Model, statement: Statement) -> list[str]:

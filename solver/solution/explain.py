@@ -447,7 +447,7 @@ class _Explanation:
         values = {**self.leaf.branch.values, **self.inputs}
         known = {name: value for name, value in values.items() if isinstance(value, float)}
         for name, value in cures(self.asked, inputs[:MAX_INPUTS], known, self.patience):
-            told = _text(value) if isinstance(value, str) else f"{value:.10g}"
+            told = _text(value) if isinstance(value, str) else f"{value + 0.0:.10g}"  # no -0
             notes.append(f"leave out {name}: the other inputs make it {told}")
         notes += self._fixed_by_rules(rules)
         return self._error("S520", message, rules, inputs, *notes)

@@ -34,6 +34,7 @@ from solver.leaves import (
     leading_to_missing,
     leaf_errors,
     within_one_turn,
+    without_value,
 )
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
@@ -46,7 +47,7 @@ from solver.numerics.tolerances import (
     SAME_ANSWER,
     VAGUE,
 )
-from solver.path import Evaluate, SolveBlock
+from solver.path import Evaluate, SolveBlock, equations_of
 from solver.path.cases import MIRRORED
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking
@@ -262,6 +263,8 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
                 for f in verdict.facts
                 if isinstance(f, facts.NoValue | facts.OutOfRange | facts.NoRoot)
             ]
+            if any(_on_every_branch(model, found, leaves[0], fact) for fact in ends):
+                return verdict
             before = next((gap.unknowns for gap in found.gaps if gap.unknowns), ())
             dead = tuple(facts.DeadEnd(fact, before) for fact in ends[:1])
             return Verdict(Status.FAILED, verdict.leaves, dead)
@@ -270,12 +273,17 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
         return verdict
     # what contradicts an equality that was assumed says no more than that it is no answer
     inside = tuple(leaf for leaf in found.contradicted if not leaf.branch.on_boundary)
-    if inside:
+    refused = [leaf.branch for leaf in found.open_cases if not leaf.branch.on_boundary]
+    farthest = max(refused, key=lambda branch: len(branch.values), default=None)
+    cases = found.complete and all(leaf.branch.signs for leaf in inside)
+    beyond = farthest is not None and all(
+        len(leaf.branch.values) < len(farthest.values) for leaf in inside
+    )
+    if inside and not (cases and beyond):  # a case in which more is known tells more
         return _contradicted(replace(found, contradicted=inside))
     if not found.complete:
         return Verdict(Status.FAILED, ())
-    refused = (leaf.branch.reasons for leaf in found.open_cases if not leaf.branch.on_boundary)
-    return Verdict(Status.INFEASIBLE, (), next(refused, ()))
+    return Verdict(Status.INFEASIBLE, (), () if farthest is None else farthest.reasons)
 
 
 def _curves(
@@ -456,6 +464,24 @@ def _conclusive(found: Exploration) -> bool:
         for leaf in ends
     ) and not any(gap.uncounted for gap in found.gaps)
     return found.complete or (len(ends) == 1 and not ends[0].branch.signs and direct)
+
+
+def _on_every_branch(model: Model, found: Exploration, leaf: Leaf, fact: Fact) -> bool:
+    """Whether what refuses a leaf refuses every branch: the values that it follows from, by rules
+    without conditions, are the same at all ends, and none belongs to a block with a gap."""
+    equations, unknowns = without_value(model, fact)
+    read, left = set(unknowns), [*equations]
+    while left:
+        rule = model.equations[left.pop()]
+        if rule.guard:
+            return False
+        for name in set(rule.names) - read:
+            read.add(name)
+            left += equations_of(origin) if (origin := leaf.branch.origins.get(name)) else ()
+    ends = (*found.leaves, *found.contradicted, *found.open_cases)
+    values = [[end.branch.values.get(name) for name in sorted(read)] for end in ends]
+    open_ = {name for gap in found.gaps for name in gap.unknowns}
+    return bool(equations) and open_.isdisjoint(read) and values[1:] == values[:-1]
 
 
 # --- which answer comes first -------------------------------------------------------

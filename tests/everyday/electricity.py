@@ -450,6 +450,12 @@ def mosfet(VGS, VDS, Vt, kn, lam):
     return {"Vov": Vov, "ID": ID, "P": ID * VDS}
 
 
+@sheet(OWN, "Vds > Rs, Id > Idss, Vds > Rd")
+def jfet_self_bias(Idss, Vp, Rs, Rd, Vdd):
+    Id = root(lambda i: Idss * (1 + i * Rs / Vp) ** 2 - i, 0.0, -Vp / Rs)
+    return {"Id": Id, "Vgs": -Id * Rs, "Vds": Vdd - Id * (Rd + Rs)}
+
+
 @sheet(OWN, "I > V, I > Rs, Voc > I0, P > Iph, Voc > Ns")
 def module_diode(Iph, I0, n, Ns, Rs, Rsh, Vt, V):
     def excess(u):

@@ -92,6 +92,8 @@ def test_a_wrong_unit_of_a_sheet_is_told(sheet: str, code: str) -> None:
         ("lbs", "did you mean lb?"),
         ("hrs", "did you mean hr?"),
         ("VAR", "did you mean var?"),
+        ("KN", "did you mean kN?"),
+        ("kpa", "did you mean kPa?"),
     ],
 )
 def test_a_product_without_its_sign_is_parted(unit: str, note: str) -> None:

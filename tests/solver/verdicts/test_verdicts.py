@@ -379,3 +379,20 @@ def test_a_partial_answer_is_listed_once() -> None:
     (solution,) = result.solutions
     angles = [math.degrees(math.acos(pf)) for pf in (0.72, 0.95)]
     assert [solution["phi1"], solution["phi2"]] == pytest.approx(angles, rel=1e-12)
+
+
+def test_what_inputs_refuse_is_refuted_beside_an_angle_of_many_turns() -> None:
+    """No list of the turns of w is whole, but no value of n helps in any of them."""
+    sheet = "d = 23.45*sin(n)\ncosd(w) = 0.3\nN = 2/15*w"
+    result = solver.solve(rulesheets.loads(sheet), {"d": 24.2})
+    assert result.status is solver.Status.INFEASIBLE
+    assert "d ≤ 23.45" in result.diagnoses[0].notes[0]
+
+
+@pytest.mark.parametrize("rest", ["x = u^2 + 3", "x = u^2 + v^2 + 3\nu = 2*v"])
+def test_the_case_that_was_followed_farthest_tells_why(rest: str) -> None:
+    """y = 4 is that of x = 2, and does not contradict its rule."""
+    sheet = f"if x < 10 then y = 2*x else y = 5\n{rest}"
+    result = solver.solve(rulesheets.loads(sheet), {"y": 4.0})
+    assert result.status is solver.Status.INFEASIBLE
+    assert "y ≥ 6" in result.diagnoses[0].notes[0]
