@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 
 from rulesheets.syntax import Source, Span, nodes
 
@@ -24,7 +25,7 @@ class Program:
     links: dict[str, str] = field(default_factory=dict)
     python: list[str] = field(default_factory=list)
 
-    @property
+    @cached_property
     def rows(self) -> tuple[nodes.VariableRow, ...]:
         """The rows of the variables section, without comment lines and settings."""
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))

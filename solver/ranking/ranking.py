@@ -211,12 +211,9 @@ class Ranking(Sizes):
     ) -> list[int]:
         """The places of the answers, the first one first. ``given`` are the values of the known
         names."""
-        if len(answers) < 2:
-            return list(range(len(answers)))
         rows = [_numbers(answer, self.read) for answer in answers]
-        return sorted(
-            range(len(rows)), key=self.keys_of_rows(rows, _numbers(given, self.known)).__getitem__
-        )
+        keys = self.keys_of_rows(rows, _numbers(given, self.known))
+        return sorted(range(len(keys)), key=keys.__getitem__)
 
     def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
         """The keys of tuples of the numbers of ``read``, with a tuple of those of ``known``.
