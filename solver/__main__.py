@@ -9,6 +9,7 @@ import gc
 import os
 import sys
 from collections.abc import Sequence
+from importlib import import_module
 
 INTERRUPTED = 130
 BROKEN_PIPE = 141
@@ -50,6 +51,8 @@ A sheet is a file, a folder with a model.tk, or a name from `backsolve models`."
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command: exit code 0 if solved, 1 if not, 2 for a wrong sheet or command."""
     words = list(sys.argv[1:] if argv is None else argv)
+    if argv is None:
+        gc.disable()  # until the command is imported, which stays
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # small matrices: threads would only wait
     _prepare_streams()
     try:
@@ -89,6 +92,10 @@ def _dispatch(words: list[str]) -> int:
 
     if words[0] not in COMMANDS:
         return unknown_command(words[0], COMMANDS)
+    import_module(f"solver.{COMMANDS[words[0]][0]}")
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
     return run(words[0], COMMANDS, words[1:])
 
 
