@@ -56,10 +56,11 @@ inside."""
 ORDINARY = 1e40
 """Numbers beyond this, or below 1 over it, have no ranges."""
 HOP, BEYOND = 0.1, 0.02
-"""The relative distance from known numbers within which a solve of as many answers is trusted; and
-that beyond such solves if nothing is proved."""
+"""The relative distance from known numbers within which a solve of as many answers is trusted at
+first; and that beyond such solves if nothing is proved."""
 FARTHER = 0.5, 0.3
-"""The same for a block of which no search finds all roots: another solve tells little more."""
+"""The same for a block of which no search finds all roots: another solve tells little more. After
+each solve that agrees twice the distance is trusted, up to the first of these."""
 
 
 class Case(NamedTuple):
@@ -185,6 +186,8 @@ class ConstantRootCount:
             if way:
                 there = _between(end, number, part)
                 moved[place] = min(end, there), max(end, there)
+        if near:
+            self._hop = min(2.0 * self._hop, FARTHER[0])
         if not near and not self._proves(moved):
             self._shares[at, ways] = share / SHRINKING
         elif sum(map(abs, ways)) == 1:  # together they are one box
