@@ -206,7 +206,7 @@ class _Explanation:
                 if made == asked:
                     made, asked = repr(value), repr(given)
                 message = f"{name} is {made} whatever {unknown} is, and {asked} is given"
-                cure = f"leave out {name}: the other inputs make it {made}"
+                cure = f"leave out {name} and give {unknown}: {name} is {made} then, too"
                 other = f"to have {name} = {asked}, free an input that {name} depends on"
                 return self._error("S521", message, equations, (name, unknown), cure, other)
             case facts.Unmet():

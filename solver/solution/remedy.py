@@ -293,19 +293,34 @@ class Bound(NamedTuple):
 def bounds(
     asked: Asked, names: Sequence[str], judged: Sequence[str], patience: Patience
 ) -> tuple[Bound, ...]:
-    """The limit of each single input within its range for a solution to exist, by bisection.
+    """The limit of each single input within its range for the ``judged`` names to have values; if
+    the whole has none at one of these limits, the limits for that, where there are any.
 
     What the sheet itself gives as a positive number, and is no angle, stays positive; an angle
     stays within a turn.
     """
+    near = _limits(asked._replace(want=judged, judged=judged), names, patience)
+    if all(_suffices(asked, bound, patience) for bound in near) or patience.lost:
+        return near
+    return _limits(asked, names, patience) or (() if patience.lost else near)
+
+
+def _suffices(asked: Asked, bound: Bound, patience: Patience) -> bool:
+    """Whether the whole has a solution at a bound, or next to it."""
+    name, relation, value = bound
+    inward = {"<": -LOOSELY, ">": LOOSELY}.get(relation, 0.0)
+    value += inward * abs(value or float(asked.inputs[name]))
+    return relation == "≠" or _Trials(asked, name, patience).anywhere(value)
+
+
+def _limits(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[Bound, ...]:
     turn, found = planner(asked.model).graph.turn, []
     for name in names:
         given, own = asked.inputs[name], asked.model.variables[name].value
         if not isinstance(given, float) or patience.lost:
             continue
         positive = given == own and given > 0.0 and turn(name) is None
-        narrow = asked._replace(want=judged, judged=judged)
-        trials = _Trials(narrow, name, patience, positive=positive)
+        trials = _Trials(asked, name, patience, positive=positive)
         trials.most = max(turn(name) or math.inf, abs(given))
         bound = _bound(trials, given, (-1, 1))
         if bound is not None and not patience.lost:

@@ -405,3 +405,28 @@ def control_valve(p1, p2, pv, pc, FL, rho, Kv):
         "Q": Kv * sqrt(dps / rho),
         "sigma": (p1 - pv) / dp,
     }
+
+
+@sheet(OWN, "v > d, t > H, v > mu, Re > d, t > rhos")
+def sphere_fall(d, rhos, rhof, mu, H):
+    def drag(Re):
+        if Re < 1:
+            return 24 / Re
+        return 24 / Re * (1 + 0.15 * Re**0.687) if Re < 1000 else 0.44
+
+    def reynolds(v):
+        return rhof * v * d / 1000 / mu
+
+    weight = (rhos - rhof) * 9.81 * 4 / 3 * d / 1000
+    v = root(lambda v: drag(reynolds(v)) * rhof * v**2 - weight, 1e-6, 10)
+    return {"v": v, "Re": reynolds(v), "Cd": drag(reynolds(v)), "t": H / v}
+
+
+@sheet(OWN, "P > Q, D > n, d > Q, eta > k, u > phi")
+def pelton(H, Cv, phi, beta, k, n, Q, nj):
+    free = sqrt(2 * 9.81 * H)
+    V, u = Cv * free, phi * free
+    D, d = 60 * u / (pi * n), sqrt(4 * Q / (nj * pi * V))
+    P = 1000 * Q * u * (V - u) * (1 - k * cos(radians(beta)))
+    eta, z = P / (1000 * 9.81 * Q * H), round(15 + D / (2 * d))
+    return {"V": V, "u": u, "D": D, "d": d, "P": P, "eta": eta, "z": float(z)}

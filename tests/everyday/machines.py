@@ -388,3 +388,10 @@ def motor_limits(n):
     w = 2 * pi * n / 60
     Tm, TL = min(120, 18000 / w, 60 + 0.05 * n), 6e-6 * n**2 + 5
     return {"w": w, "Tm": Tm, "TL": TL, "Ta": Tm - TL}
+
+
+@sheet(OWN, "L > C, links > N2, V > p, beta > C")
+def roller_chain(N1, N2, p, n1, C):
+    L = 2 * C + p * (N1 + N2) / 2 + p**2 * (N2 - N1) ** 2 / (4 * pi**2 * C)
+    beta = 2 * degrees(asin((N2 - N1) * p / (2 * pi * C)))
+    return {"L": L, "links": L / p, "V": N1 * p * n1 / 12, "beta": beta}

@@ -429,3 +429,13 @@ def gas_turbine(T1, T3, T6, T8, r, k, cp, etac, etat, eps, Wnet):
         "eta": (wt - wc) / qin,
         "m": Wnet / (wt - wc),
     }
+
+
+@sheet(OWN, "T0 > t, Ts > h, z > k, th0 > alpha")
+def transient_wall(L, k, alpha, h, Ti, Tinf, t):
+    Bi, Fo = h * L / 1000 / k, alpha * t / (L / 1000) ** 2
+    z = brentq(lambda z: z * sin(z) - Bi * cos(z), 0, pi / 2, xtol=1e-15)
+    C1 = 4 * sin(z) / (2 * z + sin(2 * z))
+    th0 = C1 * exp(-(z**2) * Fo)
+    T0, Ts = (Tinf + share * (Ti - Tinf) for share in (th0, th0 * cos(z)))
+    return {"Bi": Bi, "Fo": Fo, "z": z, "C1": C1, "th0": th0, "T0": T0, "Ts": Ts}

@@ -337,3 +337,16 @@ def test_a_wanted_input_that_the_others_determine_is_checked() -> None:
     assert solver.solve(crank, want=["thetaAO", "AO"])["thetaAO"] == -30.0
     right = solver.solve(crank)["xB"]
     assert str(solver.solve(crank, {"xB": right}, want=["thetaAO"]).status) == "solved"
+
+
+def test_a_bound_serves_the_whole_sheet() -> None:
+    """By the median alone 2*mb < 2*(a + c) would do; the sides need more."""
+    sheet = "4*mb^2 = 2*a^2 + 2*c^2 - b^2\n16*A^2 = (a + b + c)*(b + c - a)*(a + c - b)*(a + b - c)"
+    given = {"a": 7.0, "c": 9.0, "mb": 9.8}
+    model = rulesheets.loads(sheet)
+    (refusal, *_) = solver.solve(model, given).diagnoses
+    limits = re.findall(r"(\w+) [<>≤≥] ([\d.]+)", refusal.notes[0])
+    assert ("mb", "8") in limits
+    for name, limit in limits:
+        inward = 0.999 if name == "mb" else 1.001
+        assert str(solver.solve(model, {**given, name: inward * float(limit)}).status) == "solved"
