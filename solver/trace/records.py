@@ -130,16 +130,18 @@ class Records:
         want, pattern = self.pattern.want, self.pattern
         names = (*want, *(name for name in answers[0] if name not in want))
         ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
-        # the answers are known, whatever becomes of a record
-        with suppress(NotCompilable, TimeIsUp):
-            program = Recording(self.model, pattern, leaves, self._proofs).run(refused, ranking)
-            every = compile_scalar(program, all_answers=True)
-            if self._agrees(every(*numbers), answers):
-                self._nearby.clear()
-                self.programs.append(program)
-                self.every.append(every)
-                self._samples.append(tuple(numbers))
-                return True
+        for corrects in (False, True):
+            # the answers are known, whatever becomes of a record
+            with suppress(NotCompilable, TimeIsUp):
+                recording = Recording(self.model, pattern, leaves, corrects, self._proofs)
+                program = recording.run(refused, ranking)
+                every = compile_scalar(program, all_answers=True)
+                if self._agrees(every(*numbers), answers):
+                    self._nearby.clear()
+                    self.programs.append(program)
+                    self.every.append(every)
+                    self._samples.append(tuple(numbers))
+                    return True
         self.failures += 1
         return False
 
@@ -172,7 +174,7 @@ class Records:
         ends = (*found.leaves, *found.open_cases, *found.outside_case)
         with suppress(NotCompilable, TimeIsUp):
             if 1 <= len(ends) <= MAX_DEAD and not found.contradicted:
-                program = Recording(self.model, self.pattern, ends, []).refused()
+                program = Recording(self.model, self.pattern, ends, False, []).refused()
                 refused = compile_scalar(program)
                 if refused(*numbers) is not None:
                     self.refusals.append(program)

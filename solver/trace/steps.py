@@ -50,8 +50,8 @@ Proof: TypeAlias = tuple[tuple[object, ...], ConstantRootCount]
 class StepRecording(Inverses):
     """Follows the steps of branches as they were taken, those of ``leaves`` first.
 
-    ``proofs``: those of other records, to which new ones are added. Raises NotCompilable if a step
-    has no record.
+    ``corrects``: unknowns are corrected by rules whose residual is too large. ``proofs``: those of
+    other records, to which new ones are added. Raises NotCompilable if a step has no record.
     """
 
     def __init__(
@@ -59,10 +59,11 @@ class StepRecording(Inverses):
         model: Model,
         pattern: Pattern,
         leaves: Sequence[Leaf],
+        corrects: bool,
         proofs: list[Proof],
     ) -> None:
         super().__init__(model, pattern, leaves[0].branch.values)
-        self.leaves, self.branch = leaves, leaves[0].branch
+        self.leaves, self.branch, self.corrects = leaves, leaves[0].branch, corrects
         self._guards = dict[int, None]()
         """Requirements common to all answers."""
         self._blocks: dict[tuple[object, ...], tuple[BlockNewton, list[int]]] = {}
@@ -91,7 +92,7 @@ class StepRecording(Inverses):
         for step in self.branch.steps:
             before = frozenset(state.values)
             state = self._step(state, step)
-            if self.branch.precise:  # the solve took more digits than floats have
+            if self._is_delicate:
                 self._correct(state, frozenset(state.values) - before)
         self._on(state)
         doubles = (fact.unknowns for fact in self.branch.facts if isinstance(fact, DoubleRoot))
@@ -130,7 +131,7 @@ class StepRecording(Inverses):
         ):
             with suppress(NotCompilable):
                 return self._vanishing(state.fork(), step)
-        if isinstance(step, SolveBlock) and self.branch.precise:
+        if isinstance(step, SolveBlock) and self._is_delicate:
             with suppress(NotCompilable):
                 return self._iterated(state.fork(), step)  # formulas lose digits that the solve has
         try:
@@ -153,6 +154,12 @@ class StepRecording(Inverses):
         except NotCompilable:
             return self._otherwise(state, step)
         return fork
+
+    @property
+    def _is_delicate(self) -> bool:
+        """Whether the solve took more digits than floats have, or a record by formulas did not
+        hold."""
+        return self.corrects or bool(self.branch.precise)
 
     def _correct(self, state: State, new: frozenset[str]) -> None:
         """A rule other than the one that a new unknown was solved from may determine its last
