@@ -159,7 +159,10 @@ def measure(swap: Swap, plan: Any, number: float, rows: int, budget: float) -> S
         if not there:
             without[point] = first
             continue
-        seconds = clocked(functools.partial(plan, point), ends)
+        told = (
+            point,
+        ) in plan.records.rows  # no record serves it: the same number again says nothing
+        seconds = first * 1e-6 if told else clocked(functools.partial(plan, point), ends)
         times[point] = min(seconds * 1e6, first)
         if len(plan.records.programs) > records or seconds > 1e-3:
             swap.left, swap.first = swap.left + 1, max(swap.first, first)

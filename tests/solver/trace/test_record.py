@@ -13,12 +13,14 @@ import pytest
 
 import rulesheets
 import solver
+from solver.accuracy.rule_check import check_rule
 from solver.kernel.block import kernel_of
 from solver.path import SolveBlock
 from solver.path.planner import planner
 from solver.trace.newton import BlockNewton
 
 MODELS = Path(__file__).parents[3] / "models"
+EVERYDAY = Path(__file__).parents[2] / "everyday"
 
 TWO = """
 variables
@@ -147,6 +149,18 @@ def test_a_redundant_rule_that_tells_more_digits_is_followed() -> None:
     for nu in (6.0, 6.1, 6.2):
         E = 2 * math.atan(math.sqrt(0.9 / 1.1) * math.tan(math.radians(nu) / 2))
         assert plan(nu)[0] == pytest.approx(math.degrees(E - 0.1 * math.sin(E)), rel=1e-13)
+
+
+def test_a_small_number_that_a_formula_loses_digits_of_is_corrected() -> None:
+    """Carbonate in rain is what little is left of hydrogen after bicarbonate."""
+    model = rulesheets.load(EVERYDAY / "chemistry" / "rain.tk")
+    state = solver.solve(model).solutions[0]
+    plan = solver.prepare(model, ["pH"], None, {"pCO2": None})
+    plan(state["pH"])
+    assert plan.records.programs
+    for pH in (5.55, 5.6, 5.65):
+        found = {**state, "pH": pH, **dict(zip(plan.want, plan(pH), strict=True))}
+        assert all(check_rule(rule, found).holds for rule in model.equations)
 
 
 def test_a_second_answer_of_an_odd_size_is_followed() -> None:
