@@ -163,9 +163,7 @@ class Signs:
             sides = rules[0].sides
             for side, other in (sides, sides[::-1]):
                 told: Sequence[Expression] = ()
-                if isinstance(other, Negative) or (
-                    not self.angles and _begins_negative(other)
-                ):  # in a linkage a rate times a coordinate has either sign anyhow
+                if isinstance(other, Negative):
                     told = (side,)
                 elif is_number(side, 0.0) and len({minus for _, minus in added(other)}) == 1:
                     told = [term for term, _ in added(other)]
@@ -290,13 +288,6 @@ def _without_calls(node: Expression) -> Expression:
             return left
         return right if isinstance(node, Product) and isinstance(left, Call | Number) else node
     return node
-
-
-def _begins_negative(node: Expression) -> bool:
-    """Whether a product begins with a minus: ``-F*a``, which is ``(-F)*a``."""
-    while isinstance(node, Product | Quotient):
-        node = node.left
-    return isinstance(node, Negative)
 
 
 def _swings(node: Any, known: Set[str]) -> bool:
