@@ -340,14 +340,14 @@ class Ranking(Sizes):
         crossed, lost, none = 0.0, 0.0, 0.0
         for plain, factor in self._factors:
             alone = sum(abs(share) for share, over, under in factor if not (over or under))
-            weight, terms = 1.0, []
+            weight, terms, signed = 1.0, [], range(0 if alone else len(self.read))
             for share, over, under in factor:
                 term = share
                 for place in over:
                     term = term * numbers[place]
                 for place in under:
                     term = term / on.largest([abs(numbers[place]), LEAST])
-                for place in {*over, *under}.intersection(() if alone else range(len(self.read))):
+                for place in {*over, *under}.intersection(signed):
                     weight = weight * counted[place]
                 terms.append(term)
             total, size = sum(terms), on.largest([sum(map(abs, terms)), LEAST])

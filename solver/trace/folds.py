@@ -188,9 +188,10 @@ class ConstantRootCount:
                 moved[place] = min(end, there), max(end, there)
         if near:
             self._hop = min(2.0 * self._hop, FARTHER[0])
-        if not near and not self._proves(moved):
+        elif not self._proves(moved):
             self._shares[at, ways] = share / SHRINKING
-        elif sum(map(abs, ways)) == 1:  # together they are one box
+            return True
+        if sum(map(abs, ways)) == 1:  # together they are one box
             pairs = zip(self.boxes[at], moved, strict=True)
             self.boxes[at] = [(min(a, c), max(b, d)) for (a, b), (c, d) in pairs]
             self._shares[at, ways] = NEXT if near else GROWTH * share
