@@ -73,7 +73,8 @@ def check_units(model: Model, sure: bool = False) -> tuple[Diagnosis, ...]:
     for found in dimensions.mismatches:
         statement = dimensions.statements[found.statement]
         place = statement.place.file, statement.place.start, statement.place.end
-        curable = sure and found.factor is None and _curable(found, statement)
+        chain = (statement, *(dimensions.statements[index] for index in found.why))
+        curable = sure and found.factor is None and any(_curable(found, one) for one in chain)
         said.setdefault(place, None if curable else _diagnosis(model, dimensions, found))
     for unit, name in (("C", "coulomb"), ("F", "farad")):
         if hot := [v for v in model.variables.values() if v.unit == unit and _is_warm(v)]:
@@ -175,7 +176,8 @@ def _constants(statement: Statement) -> list[float]:
 
 
 def _curable(found: Mismatch, statement: Statement) -> bool:
-    """Whether a unit of a constant would resolve a mismatch, or it is a logarithm of a quantity."""
+    """Whether a unit of a constant of the rule, or of one that its units follow from, would resolve
+    a mismatch, or it is a logarithm of a quantity."""
     logarithms = [Call(name, (found.left,)) for name in ("log", "log10") if found.right is None]
     nodes = walk(statement.left, statement.right)
     return bool(_constants(statement)) or any(node in logarithms for node in nodes)
@@ -490,6 +492,9 @@ class Weights:
         self.differences |= {n for n in marked if _DIFFERENCE.match(n.rpartition(".")[2])}
         denied: set[str] = set()  # some are called points by a rule: dTm = (T1 + T2)/2
         for rule in [rule for rule in self.rules if not rule.holds(self.differences)]:
+            sides = [model.variables[s.name] for s in rule.equation.sides if isinstance(s, Name)]
+            if any(side.measure is None for side in sides):  # it may be a temperature itself
+                continue
             named = self.differences & rule.slopes[0].keys()
             denied.update(name for name in named if rule.holds(self.differences - {name}))
         self.differences -= denied

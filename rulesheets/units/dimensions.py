@@ -375,12 +375,17 @@ def _rational(number: float) -> Fraction | int:
 
 
 def explained(factor: float, written: Iterable[float]) -> bool:
-    """Whether a factor is 1, a product of powers of the rule's numbers, or divides one of them."""
+    """Whether a factor is 1, a product of powers of the rule's numbers, or divides one of them,
+    perhaps after another is taken out (`kPa*l*rpm/1000/120` is kW)."""
     if math.isclose(factor, 1.0, rel_tol=1e-9):
         return True
     usual = _usual(written)
-    if any(number % max(factor, 1 / factor) == 0.0 for number in usual):
-        return True
+    for number in usual:
+        others = (other for other in usual if other != number)
+        for share in (factor, *(factor * other**sign for other in others for sign in (1, -1))):
+            count = number / max(share, 1 / share)
+            if count > 0.5 and (count + 1e-9) % 1.0 < 2e-9:
+                return True
     return any(math.isclose(factor, product, rel_tol=RELATIVE) for product in _products(usual))
 
 

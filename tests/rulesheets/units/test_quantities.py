@@ -221,6 +221,12 @@ def test_the_unit_of_a_constant_is_proposed() -> None:
     assert check_units(model, sure=True) == ()
 
 
+def test_a_constant_may_have_a_unit_also_where_others_follow_from_its_rule() -> None:
+    model = model_of("p [kPa],T [degC]", "y*p = 0.6108*exp(17.27*T/(T + 237.3))\ny = n1/(n1 + 3)")
+    assert [one.code for one in check_units(model)] == ["W601"]
+    assert check_units(model, sure=True) == ()
+
+
 def test_the_everyday_sheets_have_no_sure_mistakes() -> None:
     sheets = sorted((Path(__file__).parents[2] / "everyday").glob("*/*.tk"))
     found = {sheet.name: check_units(rulesheets.load(sheet), sure=True) for sheet in sheets}
@@ -295,6 +301,7 @@ def test_ends_of_ranges_are_converted() -> None:
     [
         ("P [W],M [N m],n [rpm]", "P = 2*pi*M*n/60"),
         ("P [kW],M [N m],n [rpm]", "P = M*n/9550"),
+        ("P [kW],p [kPa],V [l],n [rpm]", "P = p*V/1000*n/120"),
         ("v [m/min],D [mm],n [rpm]", "v = pi*D*n/1000"),
         ("f [Hz],n [rpm]", "f = n/60"),
         ("w [rad/s],f [Hz]", "w = 2*pi*f"),

@@ -66,6 +66,7 @@ def test_a_difference_is_converted_without_the_zero_of_its_scale() -> None:
         ("T [degC],T0 [degC],q [W]", "q = U*A*(T - T0)"),
         ("T [degC],T0 [degC],T1 [degC]", "ln((T - T0)/(T1 - T0)) = -x"),
         ("T1 [degC],T2 [degC],T [degC]", "m1*c*T1 + m2*c*T2 = m*c*T\nm = m1 + m2"),
+        ("T [degC],dT [K],t2 [degC]", "t = T - dT\nh = 200 + 1.3*t\nt2 = T + dT"),
         ("T [degC],q [W/m^2]", 'q = x*T^4  " unchecked'),
     ],
 )
