@@ -19,6 +19,7 @@ from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel.block import DENSE, FLOATS, BlockKernel, Unclear, candidates
 from solver.kernel.candidates import (
     MOST_ANSWERS,
+    MOST_BESIDE,
     MOST_REPEATED,
     BlockOutcome,
     Candidates,
@@ -326,8 +327,8 @@ class _Methods:
             TearSearch(problem, candidates, self.kernel).run()
 
     def _outcome(self) -> BlockOutcome:
-        """The outcome of the answers so far: only the preferred one, if there are too many
-        others."""
+        """The outcome of the answers so far: if there are too many, those with no more negative
+        numbers than the preferred one, or it alone."""
         problem, candidates, block = self.problem, self.candidates, self.kernel.block
         complete, facts = self.complete and not candidates.unresolved, tuple[Fact, ...]()
         answers = sorted(candidates.answers, key=lambda answer: problem.preference(answer.values))
@@ -339,7 +340,10 @@ class _Methods:
             answers, cut = [answer for answer in answers if answer in kept], True
         if candidates.sensible is not None and candidates.has_too_many and not complete:
             self.budget.cut = True
-            answers, cut = [candidates.sensible], False
+            most = problem.negatives(candidates.sensible.values)
+            alike = [one for one in answers if problem.negatives(one.values) <= most]
+            answers = alike if len(alike) <= MOST_BESIDE else [candidates.sensible]
+            cut = False
         elif candidates.outside is not None and not answers:
             facts = (candidates.outside,)
         elif not answers:
