@@ -206,13 +206,10 @@ class Ranking(Sizes):
             if inside <= places.keys() and signs.aside.isdisjoint(inside)
         ]
 
-    def order(
-        self, answers: Sequence[Mapping[str, Value]], given: Mapping[str, Value]
-    ) -> list[int]:
-        """The places of the answers, the first one first. ``given`` are the values of the known
-        names."""
+    def order(self, answers: Sequence[Mapping[str, Value]]) -> list[int]:
+        """The places of the answers, inputs included, the first one first."""
         rows = [_numbers(answer, self.read) for answer in answers]
-        keys = self.keys_of_rows(rows, _numbers(given, self.known))
+        keys = self.keys_of_rows(rows, _numbers(answers[0], self.known))
         return sorted(range(len(keys)), key=keys.__getitem__)
 
     def keys_of_rows(self, rows: Sequence[Sequence[float]], given: Sequence[float]) -> list[Key]:
@@ -375,6 +372,17 @@ class Ranking(Sizes):
             share = apart / max(abs(guess), 1.0)
             total = total + share * share
         return on.rounded(GRAIN * on.decade(total))
+
+
+def settled(
+    model: Model, inputs: Collection[str], answers: Sequence[Mapping[str, Value]]
+) -> Collection[str]:
+    """The names that have one value in all answers: what was computed before these part says as
+    much of sizes as the inputs, but where angles are unknown: a linkage goes anywhere."""
+    first, *others = answers
+    if not others or signs_of(model).turning - {*inputs}:
+        return inputs
+    return {n for n, value in first.items() if all(answer.get(n) == value for answer in others)}
 
 
 def _principal(graph: ModelGraph, name: str, known: Collection[str]) -> tuple[float, float] | None:

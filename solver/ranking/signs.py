@@ -103,6 +103,11 @@ class Signs:
         return found
 
     @cached_property
+    def turning(self) -> Set[str]:
+        """Angles in rules that call periodic functions."""
+        return {name for e in self._periodic for name in e.names} & self.angles.keys()
+
+    @cached_property
     def inclinations(self) -> Set[str]:
         """Angles whose tangent a rule gives, as ``tand(slope) = rise/run`` or ``run*tand(slope) =
         rise``: beyond a right angle lies what the same tangent turns about."""

@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp, grace
@@ -50,7 +50,7 @@ from solver.numerics.tolerances import (
 from solver.path import Evaluate, SolveBlock, equations_of
 from solver.path.cases import MIRRORED
 from solver.path.planner import planner
-from solver.ranking.ranking import Ranking
+from solver.ranking.ranking import Ranking, settled
 from solver.solution.explore import GRACE, explore
 
 MAX_STEPS = 2_000
@@ -536,7 +536,8 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
 def _ordered(asked: Asked, leaves: list[Leaf]) -> list[Leaf]:
     if len(leaves) < 2:
         return leaves
-    among = {name for leaf in leaves for name in leaf.branch.values}
-    ranking = Ranking(asked.model, asked.inputs, among, asked.guesses)
-    order = ranking.order([leaf.branch.values for leaf in leaves], asked.inputs)
+    answers = [leaf.branch.values for leaf in leaves]
+    known = settled(asked.model, asked.inputs, answers)
+    ranking = Ranking(asked.model, known, {*chain(*answers)}, asked.guesses)
+    order = ranking.order(answers)
     return [leaves[place] for place in order]

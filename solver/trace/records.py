@@ -18,7 +18,7 @@ from rulesheets.deadline import TimeIsUp
 from rulesheets.model import Model, Value
 from solver.leaves import Exploration, Leaf
 from solver.path.planner import planner
-from solver.ranking.ranking import Ranking
+from solver.ranking.ranking import Ranking, settled
 from solver.trace.folds import ConstantRootCount
 from solver.trace.graph import NotCompilable
 from solver.trace.guards import Pattern
@@ -129,7 +129,8 @@ class Records:
             return False
         want, pattern = self.pattern.want, self.pattern
         names = (*want, *(name for name in answers[0] if name not in want))
-        ranking = Ranking(self.model, (*pattern.inputs, *pattern.given), names, pattern.guesses)
+        known = settled(self.model, (*pattern.inputs, *pattern.given), answers)
+        ranking = Ranking(self.model, known, names, pattern.guesses)
         for corrects in (False, True):
             # the answers are known, whatever becomes of a record
             with suppress(NotCompilable, TimeIsUp):

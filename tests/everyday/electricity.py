@@ -463,3 +463,50 @@ def module_diode(Iph, I0, n, Ns, Rs, Rsh, Vt, V):
 
     I = root(lambda i: excess(V + i * Rs) - i, 0, Iph)  # noqa: E741
     return {"I": I, "P": V * I, "Voc": root(excess, 0, 60)}
+
+
+@sheet(OWN, "pf > kfan")
+def motor_fan(VL, f, p, R1, X1, R2, X2, Xm, Prot, kfan):
+    """It runs at the speed above that of the largest torque."""
+    Vph, ws = VL / sqrt(3), 2 * pi * f / p
+    Vth, Rth = Vph * Xm / hypot(R1, X1 + Xm), R1 * (Xm / (X1 + Xm)) ** 2
+    X = X1 + X2
+    smax = R2 / hypot(Rth, X)
+
+    def gap(s):
+        return 3 * Vth**2 / ((Rth + R2 / s) ** 2 + X**2) * R2 / s
+
+    s = root(lambda s: (1 - s) * gap(s) - Prot - kfan * ((1 - s) * ws) ** 3, 1e-9, smax)
+    w, Pag = (1 - s) * ws, gap(s)
+    rotor = 1j * Xm * (R2 / s + 1j * X2) / (R2 / s + 1j * (X2 + Xm))
+    whole = R1 + 1j * X1 + rotor
+    Zin = abs(whole)
+    I1, pf, Pout = Vph / Zin, whole.real / Zin, kfan * w**3
+    return {
+        "Vph": Vph,
+        "ns": 60 * f / p,
+        "ws": ws,
+        "s": s,
+        "n": (1 - s) * 60 * f / p,
+        "w": w,
+        "Vth": Vth,
+        "Rth": Rth,
+        "Xth": X1,
+        "I2": sqrt(Pag * s / (3 * R2)),
+        "T": Pag / ws,
+        "Tl": kfan * w**2,
+        "Pag": Pag,
+        "Pmech": (1 - s) * Pag,
+        "Pout": Pout,
+        "Pcu2": s * Pag,
+        "smax": smax,
+        "Tmax": 3 * Vth**2 / (2 * ws * (Rth + hypot(Rth, X))),
+        "Tst": gap(1.0) / ws,
+        "Rf": rotor.real,
+        "Xf": rotor.imag,
+        "Zin": Zin,
+        "I1": I1,
+        "pf": pf,
+        "Pin": 3 * Vph * I1 * pf,
+        "eta": Pout / (3 * Vph * I1 * pf),
+    }

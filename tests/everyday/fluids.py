@@ -430,3 +430,47 @@ def pelton(H, Cv, phi, beta, k, n, Q, nj):
     P = 1000 * Q * u * (V - u) * (1 - k * cos(radians(beta)))
     eta, z = P / (1000 * 9.81 * Q * H), round(15 + D / (2 * d))
     return {"V": V, "u": u, "D": D, "d": d, "P": P, "eta": eta, "z": float(z)}
+
+
+@sheet(OWN, "y4 > b2, P > Cc")
+def channel_step(Q, b1, n, S, b2, dz, yg, Cc):
+    """Flow is slow before the step and above it."""
+
+    def slope(y):
+        A = b1 * y
+        return A * (A / (b1 + 2 * y)) ** (2 / 3) * sqrt(S) / n - Q
+
+    y1 = root(slope, 0.01, 100)
+    A1, q2 = b1 * y1, Q / b2
+    v1, yc2 = Q / A1, (q2**2 / 9.81) ** (1 / 3)
+    E1 = y1 + v1**2 / 19.62
+    E2 = E1 - dz
+    y2 = root(lambda y: y + q2**2 / (19.62 * y**2) - E2, yc2, E2)
+    y3 = Cc * yg
+    v3 = q2 / y3
+    Fr3 = v3 / sqrt(9.81 * y3)
+    y4 = y3 / 2 * (sqrt(1 + 8 * Fr3**2) - 1)
+    dE = (y4 - y3) ** 3 / (4 * y3 * y4)
+    return {
+        "y1": y1,
+        "A1": A1,
+        "R1": A1 / (b1 + 2 * y1),
+        "v1": v1,
+        "E1": E1,
+        "Fr1": v1 / sqrt(9.81 * y1),
+        "yc1": ((Q / b1) ** 2 / 9.81) ** (1 / 3),
+        "q2": q2,
+        "yc2": yc2,
+        "E2": E2,
+        "y2": y2,
+        "v2": q2 / y2,
+        "Fr2": q2 / y2 / sqrt(9.81 * y2),
+        "dzmax": E1 - 1.5 * yc2,
+        "y3": y3,
+        "v3": v3,
+        "Fr3": Fr3,
+        "y4": y4,
+        "dE": dE,
+        "Lj": 6.1 * y4,
+        "P": 9.81 * Q * dE,
+    }

@@ -395,3 +395,41 @@ def roller_chain(N1, N2, p, n1, C):
     L = 2 * C + p * (N1 + N2) / 2 + p**2 * (N2 - N1) ** 2 / (4 * pi**2 * C)
     beta = 2 * degrees(asin((N2 - N1) * p / (2 * pi * C)))
     return {"L": L, "links": L / p, "V": N1 * p * n1 / 12, "beta": beta}
+
+
+@sheet(OWN, "ta > D")
+def spring_fatigue(d, D, Na, G, Asp, mexp, Fmin, Fmax, ends, clash, rho):
+    C, k = D / d, G * d**4 / (8 * D**3 * Na)
+    Kw, Ks, Sut = (4 * C - 1) / (4 * C - 4) + 0.615 / C, 1 + 0.5 / C, Asp / d**mexp
+    Ssu, Fa, Fm, Nt = 0.67 * Sut, (Fmax - Fmin) / 2, (Fmax + Fmin) / 2, Na + ends
+    Sse, area = 310 / (1 - (379 / Ssu) ** 2), pi * d**3
+    ysol = (1 + clash) * Fmax / k
+    ta, tm, tsol = (8 * K * F * D / area for K, F in ((Kw, Fa), (Ks, Fm), (Ks, k * ysol)))
+    coil = rho * 1e-9 * pi * d**2 / 4 * pi * D
+    return {
+        "C": C,
+        "Kw": Kw,
+        "Ks": Ks,
+        "k": k,
+        "Sut": Sut,
+        "Ssy": 0.45 * Sut,
+        "Ssu": Ssu,
+        "Sse": Sse,
+        "Nt": Nt,
+        "Ls": Nt * d,
+        "ymax": Fmax / k,
+        "ysol": ysol,
+        "Lf": Nt * d + ysol,
+        "Fsol": k * ysol,
+        "tsol": tsol,
+        "nsol": 0.45 * Sut / tsol,
+        "Fa": Fa,
+        "Fm": Fm,
+        "ta": ta,
+        "tm": tm,
+        "nf": 1 / (ta / Sse + tm / Ssu),
+        "Lcr": 2.63 * D / 0.707,
+        "slender": (Nt * d + ysol) / D,
+        "mass": coil * Nt,
+        "fn": 0.5 * sqrt(1000 * k / (coil * Na)),
+    }

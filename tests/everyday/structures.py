@@ -259,3 +259,45 @@ def consolidation(H, cv, mv, dq, t):
     if U > 0.6:
         U = 1 - 10 ** ((1.781 - Tv) / 0.933) / 100
     return {"Sf": Sf, "Tv": Tv, "U": U, "S": U * Sf}
+
+
+@sheet(
+    OWN,
+    "up > h, FS > B",
+)
+def footing(B, h, cov, col, Df, PD, PL, M, gs, gc, phi, coh, fc, fy):
+    P, Wt = PD + PL, B**2 * (gc * h + gs * (Df - h))
+    e, mean, t = M / (P + Wt), (P + Wt) / B**2, tan(radians(phi))
+    within = e <= B / 6
+    Nq = exp(pi * t) * tan(radians(45 + phi / 2)) ** 2
+    Nc, Ng, Bp = (Nq - 1) / t, 2 * (Nq + 1) * t, B - 2 * e
+    qmax = mean * (1 + 6 * e / B) if within else 4 * (P + Wt) / (3 * B * Bp)
+    qult = 1.3 * coh * Nc + gs * Df * Nq + 0.4 * gs * Bp * Ng
+    qu, d = (1.2 * PD + 1.6 * PL) / B**2, h - cov
+    bo, arm = 4 * (col + d), (B - col) / 2
+    Vu, Vc = qu * (B**2 - (col + d) ** 2), 0.75 * 0.33 * sqrt(fc) * 1000 * bo * d
+    Mu = qu * B * arm**2 / 2
+    a = d - sqrt(d**2 - 2 * Mu / (0.9 * 0.85 * fc * B * 1000))
+    return {
+        "P": P,
+        "Wt": Wt,
+        "e": e,
+        "qmax": qmax,
+        "qmin": mean * (1 - 6 * e / B) if within else 0.0,
+        "Nq": Nq,
+        "Nc": Nc,
+        "Ng": Ng,
+        "Bp": Bp,
+        "qult": qult,
+        "FS": qult / qmax,
+        "qu": qu,
+        "d": d,
+        "bo": bo,
+        "Vu": Vu,
+        "Vc": Vc,
+        "up": Vu / Vc,
+        "arm": arm,
+        "Mu": Mu,
+        "As": 0.85 * fc * B * 1e6 * a / fy,
+        "a": a,
+    }

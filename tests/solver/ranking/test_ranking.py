@@ -378,10 +378,8 @@ def test_what_rounding_leaves_of_zero_is_trivial_with_either_sign(rest: float) -
     0."""
     model = rulesheets.loads("x*(x + 1) = c\nx = cosd(phi)\nc = 0\n")
     rule = Ranking(model, ("c",), ("x", "phi"))
-    answers = [{"phi": 180.0, "x": -1.0}, {"phi": 90.0, "x": rest}]
-    assert rule.order(answers, {"c": 0.0}) == rule.order(
-        [answers[0], {"phi": 90.0, "x": 0.0}], {"c": 0.0}
-    )
+    one, other = {"c": 0.0, "phi": 180.0, "x": -1.0}, {"c": 0.0, "phi": 90.0, "x": rest}
+    assert rule.order([one, other]) == rule.order([one, {**other, "x": 0.0}])
 
 
 @pytest.mark.parametrize("cells", [1, 3])
