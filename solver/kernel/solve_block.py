@@ -182,6 +182,9 @@ class _Methods:
                 break
             if method is Method.RANGE and candidates.sensible is not None:
                 return self._outcome()
+            found = any(answer.double is None for answer in candidates.answers)
+            if budget.brief and method in SEARCHES and found:
+                return self._outcome()  # that there is one is enough
         if not self.kernel.linear and (refuted := self._refuted()) is not None:
             return refuted
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):

@@ -315,7 +315,7 @@ class PathSearch(Ends):
             if isinstance(outcome.fact, AsksNothing):
                 branch.inactive[equation] = outcome.fact
             else:
-                self._blank(branch, (unknown,), outcome.fact)
+                return self._blank(branch, (unknown,), outcome.fact)
             return True
         double = () if outcome.double is None else (outcome.double,)
         return self._forks(branch, step, [(values, double) for values in listed])
@@ -388,8 +388,7 @@ class PathSearch(Ends):
             self._learn(branch, step, determined)
             return True
         if not outcome.answers:
-            self._blank(branch, step.unknowns, outcome.facts[-1])
-            return True
+            return self._blank(branch, step.unknowns, outcome.facts[-1])
         beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
         found: list[tuple[Mapping[str, Value], Facts]] = [
             (answer.values, beside if answer.double is None else (*beside, answer.double))
@@ -424,19 +423,25 @@ class PathSearch(Ends):
         """Whether values of a block lie in the case that its branch assumes."""
         return not self.analysis.contradicted(replace(branch, values={**branch.values, **found}))
 
-    def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> None:
+    def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> bool:
         """No value of these satisfies the known rules: they stay blank, and rules with them are
-        idle.
+        idle. Whether the branch goes on: where answers alone are looked for, it does not without
+        what is asked for.
 
         If a rule is 0/0, that does not exclude a value.
         """
+        branch.blank.update(unknowns)
+        asked = (name for name in unknowns if name in self.judged)
+        if self.enough and any(not self.model.variables[name].passed for name in asked):
+            self.leaves.append(Leaf(branch, tuple(unknowns), (), 0.0, 0))
+            return False
         failing = about(fact) if isinstance(fact, NoValue | NoRoot) else ()
         told = (indeterminacy(self.model.equations[e], branch.values) for e in failing)
         why = next(filter(None, told), fact)
-        branch.blank.update(unknowns)
         for name in unknowns:
             for equation in self.graph.users[name]:
                 branch.inactive.setdefault(equation, why)
+        return True
 
     # --- case by case ---
 

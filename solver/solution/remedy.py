@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import replace
-from itertools import chain, combinations, islice, product, zip_longest
+from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
 from rulesheets.model import Equation, Model, Value
@@ -26,17 +26,17 @@ MAX_SIZE, MAX_SETS = 4, 400
 MAX_READ = 300_000
 """Occurrences of variables in rules that are read for it: fewer sets of a large sheet are tried."""
 MAX_FILTER = 60
-MAX_TRIALS = 40
-ROUGH = 1e-6
+CLOSELY, DIGITS = 1e-6, 6
+"""How closely an edge is found, relative to it, and the digits that are shown of it."""
+ROUGH = 2e-6
 """How near to a number, relative to the given value, an edge is taken for that number."""
-CLOSELY = 1e-7
-"""How closely an edge is found, relative to it."""
 LOOSELY = 1e-3
 """The same for an edge that nothing proves."""
-LARGER = (0.02, 0.1, 0.3, *(1.9**k - 1.0 for k in range(1, 12)))
-SMALLER = (0.02, 0.1, 0.3, *(1.0 - 1.9**-k for k in range(1, 12)), 1.0, 1.5, 2.5, 5.0)
-"""Changes of an input, relative to it, that are tried: by a few percent, then by factors up to a
-thousand, at last of the other sign. At factors of two whole numbers meet at edges (1 + 1 = 2)."""
+NEAR_AND_FAR = (-0.1, 0.1, -0.98, 30.0, -0.54, 3.0, -0.77, 9.0, -0.93, 0.4, 1.2, -0.3)
+CHANGES = (*NEAR_AND_FAR, -0.995, 100.0, -0.9992, 1000.0)
+OTHER_SIGNS = (-1.0, -2.5, -5.0)
+"""Changes of an input, relative to it, that are tried, and at last 0 and those of the other sign: a
+little beyond an edge the nearest one helps, else most often a far one."""
 FEW = 3
 """How many of them look for the other end of a gap."""
 DEAR = 1_000
@@ -46,11 +46,15 @@ NEAR = 1e-9
 their size."""
 BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
+ATTEMPTS = 2
+"""How often an edge is looked for nearer to the given value than a first one."""
+DOUBT = 0.125
+"""The share of the way to a predicted edge by which it may differ from the prediction before."""
 
 # --- under-determined: what to give ------------------------------------------------------
 
 
-PATIENCE = 50_000
+PATIENCE = 30_000
 """Work that the search for remedies of a solve may take: they are advice, the verdict stands
 without them."""
 
@@ -322,12 +326,16 @@ def _limits(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[Bou
         positive = given == own and given > 0.0 and turn(name) is None
         trials = _Trials(asked, name, patience, positive=positive)
         trials.most = max(turn(name) or math.inf, abs(given))
-        bound = _bound(trials, given, (-1, 1))
+        unchanged = not isinstance(own, float) or own == given
+        values = [given + change * (given or 1.0) for change in CHANGES]
+        others = [given + change * (given or 1.0) for change in OTHER_SIGNS]
+        bound = _bound(trials, given, (*(() if unchanged else (own,)), *values, *others))
         if bound is not None and not patience.lost:
             found.append(bound)
-            side = 1 if bound.relation in ("<", "≤") else -1
             trials.known = {}  # a solution on this side leads to none beyond the gap
-            beyond = None if bound.relation == "≠" else _bound(trials, given, (side,))
+            below = bound.relation in (">", "≥")
+            few = [value for value in values if (value < given) is below][:FEW]
+            beyond = None if bound.relation == "≠" else _bound(trials, given, few)
             found += [] if beyond is None else [beyond]  # of a gap
     return tuple(found)
 
@@ -337,11 +345,13 @@ def found_near(
 ) -> tuple[tuple[str, float], ...]:
     """Values of single inputs near the given ones, where Newton's method leads to a solution from
     the nearest ``miss``: for each input the nearest value that a short search tells."""
-    found = []
+    found, changes = [], sorted((*CHANGES, *OTHER_SIGNS), key=abs)
     for name in names:
         given, trials = asked.inputs[name], _Trials(asked, name, patience, miss)
-        edge = _edge(trials, given, LOOSELY) if isinstance(given, float) else None
-        if edge is not None:
+        if not isinstance(given, float):
+            continue
+        values = (given + change * (given or 1.0) for change in changes)
+        if (edge := _edge(trials, given, values, LOOSELY)) is not None:
             short = rounded(edge, 3)
             # at a fold itself two answers coincide
             fits = short != given and trials.beside(short) and trials.isolated
@@ -365,6 +375,7 @@ class _Trials:
         self.asked, self.name, self.patience = asked, name, patience
         self.known, self.positive, self.dear = known, positive, False
         self.isolated, self.most = False, math.inf
+        self.found: list[tuple[float, Mapping[str, float]]] = []
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
@@ -384,36 +395,108 @@ class _Trials:
         if leaf is not None:
             self.known = {n: v for n, v in leaf.branch.values.items() if isinstance(v, float)}
             self.isolated = not unsettled(leaf)
+            self.found.append((value, self.known))
         else:
             self.dear = self.dear or tried.work > DEAR
         return leaf is not None
 
 
-def _bound(trials: _Trials, given: float, sides: Sequence[int]) -> Bound | None:
-    """A tested bound from the edge of the feasible values on one of these sides: whether it belongs
-    to them, rounded to one that does.
+def _bound(trials: _Trials, given: float, values: Iterable[float]) -> Bound | None:
+    """A tested bound from the edge of the feasible values among which one of these is: whether it
+    belongs to them, rounded to one that does.
 
     None if there is none, or if a value on the far side of it is feasible, too: then it is not an
     edge.
     """
     name, feasible = trials.name, trials.anywhere
-    size, edge = abs(given) or 1.0, _edge(trials, given, sides=sides)
+    size, edge = abs(given) or 1.0, _edge(trials, given, values)
     if edge is None:
         return None
     inward = 1.0 if edge > given else -1.0
     if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
         return Bound(name, "≠", given)
-    if any(feasible(given + share * (edge - given)) for share in BEYOND):
-        return None
-    shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge)
-    if shown != given and trials.beside(shown):
+    for attempt in range(ATTEMPTS):
+        points = [given + share * (edge - given) for share in (0.0, *BEYOND)]
+        nearer = next(filter(feasible, points[1:]), None)
+        if nearer is None:
+            break
+        if attempt + 1 == ATTEMPTS:
+            return None
+        edge = _closed_in(trials, nearer, points[points.index(nearer) - 1])
+    shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge, DIGITS)
+    search = feasible if shown == rounded(edge, DIGITS - 1) else trials.beside
+    if shown != given and search(shown):
         return Bound(name, "≥" if inward > 0 else "≤", shown)
-    near = ROUGH if shown == rounded(edge, 4) else CLOSELY
-    if abs(shown - edge) <= near * abs(edge) or trials.beside(shown + inward * NEAR * NEAR * size):
+    if search(shown + inward * NEAR * (abs(shown) or size)):
         return Bound(name, ">" if inward > 0 else "<", shown)
-    unit = 10.0 ** (math.floor(math.log10(abs(edge))) - 5) if edge else 1.0
+    unit = 10.0 ** (math.floor(math.log10(abs(edge))) + 1 - DIGITS) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
     return Bound(name, "≥" if inward > 0 else "≤", shown) if feasible(shown) else None
+
+
+def _edge(
+    trials: _Trials, given: float, values: Iterable[float], close: float = CLOSELY
+) -> float | None:
+    """The end, towards the given value, of the feasible values among which is the first feasible
+    one of these; None if there is none."""
+    tried = [given]
+    for inside in values:
+        if trials.beside(inside):
+            between = [v for v in tried if (v - given) * (inside - v) >= 0.0]
+            outside = min(between, key=lambda v: abs(v - inside))
+            return _closed_in(trials, inside, outside, close)
+        tried.append(inside)
+    return None
+
+
+def _closed_in(trials: _Trials, inside: float, outside: float, close: float = CLOSELY) -> float:
+    """The last feasible value from one ``inside`` towards one ``outside``."""
+    end = math.nan
+    if inside * outside <= 0.0:  # zero is where many of them end
+        tiny = math.copysign(NEAR * abs(outside or inside), inside or outside)
+        if trials.anywhere(tiny) is bool(inside):
+            return tiny if inside else 0.0
+        inside, outside = (inside, tiny) if inside else (tiny, outside)
+    while (width := abs(outside - inside)) > close * max(abs(inside), close):
+        before, end = end, _end(trials, inside, outside)
+        doubt, ratio = abs(end - before), outside / inside
+        points = [0.5 * (outside + inside) if 0.1 < ratio < 10.0 else math.sqrt(ratio) * inside]
+        if doubt <= DOUBT * abs(end - inside):
+            doubt = math.copysign(max(doubt, close * abs(end) / 2), outside - inside)
+            points = [end - doubt, end + doubt]
+        for point in points:
+            if min(inside, outside) < point < max(inside, outside):
+                if not trials.beside(point):
+                    outside = point
+                    break
+                inside = point
+        if abs(outside - inside) == width:
+            break
+    return inside
+
+
+def _end(trials: _Trials, inside: float, outside: float) -> float:
+    """The value of the input, between these, at which the solutions end if their numbers go on as
+    at the last three of them: where a parabola turns, that of the number whose slope grows most, or
+    where one meets an end of its range. Not a number if there is none."""
+    if len(trials.found) < 3:
+        return math.nan
+    (a, one), (b, two), (c, three) = trials.found[-3:]
+    limits, fold, steepest = list[float](), math.nan, 1.0
+    for name in one.keys() - trials.asked.inputs.keys():
+        x, y, z = one[name], two.get(name, math.nan), three.get(name, math.nan)
+        if x == y or y == z or z == x:
+            continue
+        slope, last = (b - a) / (y - x), (c - b) / (z - y)
+        bend, variable = (last - slope) / (z - x), trials.asked.model.variables[name]
+        places = [variable.low, variable.high]
+        if bend and abs(slope) > steepest * abs(last):
+            steepest, turn = abs(slope / last), (x + y) / 2 - slope / (2 * bend)
+            fold = a + (turn - x) * (slope + bend * (turn - y))
+        limits += [a + (u - x) * (slope + bend * (u - y)) for u in places]
+    low, high = sorted((inside, outside))
+    between = (end for end in (fold, *limits) if low < end < high)
+    return min(between, key=lambda end: abs(end - inside), default=math.nan)
 
 
 FARTHEST = 1e30
@@ -436,7 +519,7 @@ def stretch(equation: Equation, values: Mapping[str, Value], name: str) -> tuple
             inside, step = inside + step, 2 * step
         if abs(step) >= FARTHEST:
             return sign * math.inf
-        while abs(step) > CLOSELY * CLOSELY * abs(start or 1.0):
+        while abs(step) > NEAR * abs(start or 1.0):
             inside, step = inside + step * holds(inside + step), step / 2
         return inside
 
@@ -447,28 +530,3 @@ def stretch(equation: Equation, values: Mapping[str, Value], name: str) -> tuple
 def rounded(value: float, digits: int = 6) -> float:
     """The number with so many digits."""
     return float(f"{value:.{digits}g}")
-
-
-def _edge(
-    trials: _Trials, given: float, close: float = CLOSELY, sides: Sequence[int] = (-1, 1)
-) -> float | None:
-    """The feasible value nearest to the given one along the line, on one of these sides, found by a
-    short search: of the same sign, if there is one."""
-    unit = given or 1.0
-    pairs = zip_longest([given - s * unit for s in SMALLER], [given + s * unit for s in LARGER])
-    values = [v for v in chain(*pairs) if v is not None and math.copysign(1, v - given) in sides]
-    if len(sides) == 1:
-        values = [value for value in values[1 : 2 * FEW : 2] if value * given > 0.0]
-    inside = next(filter(trials.beside, values), None)
-    if inside is None:
-        return None
-    outside = given
-    for _ in range(MAX_TRIALS):
-        middle = 0.5 * (outside + inside)
-        if abs(outside - inside) <= close * max(abs(inside), close) or middle in (outside, inside):
-            break
-        if trials.beside(middle):
-            inside = middle
-        else:
-            outside = middle
-    return inside
