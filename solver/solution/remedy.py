@@ -46,6 +46,8 @@ NEAR = 1e-9
 their size."""
 BEYOND = (0.25, 0.5, 0.75, 0.99)
 """Shares of the way to an edge, at which nothing is feasible if it is one."""
+MANY = 3
+"""Steps towards a value that seemed infeasible after which it is asked again."""
 ATTEMPTS = 2
 """How often an edge is looked for nearer to the given value than a first one."""
 DOUBT = 0.125
@@ -54,7 +56,7 @@ DOUBT = 0.125
 # --- under-determined: what to give ------------------------------------------------------
 
 
-PATIENCE = 30_000
+PATIENCE = 40_000
 """Work that the search for remedies of a solve may take: they are advice, the verdict stands
 without them."""
 
@@ -335,7 +337,8 @@ def _limits(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[Bou
             trials.known = {}  # a solution on this side leads to none beyond the gap
             below = bound.relation in (">", "≥")
             few = [value for value in values if (value < given) is below][:FEW]
-            beyond = None if bound.relation == "≠" else _bound(trials, given, few)
+            told = bound.relation == "≠" or trials.dear
+            beyond = None if told else _bound(trials, given, few)
             found += [] if beyond is None else [beyond]  # of a gap
     return tuple(found)
 
@@ -424,10 +427,10 @@ def _bound(trials: _Trials, given: float, values: Iterable[float]) -> Bound | No
             return None
         edge = _closed_in(trials, nearer, points[points.index(nearer) - 1])
     shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge, DIGITS)
-    search = feasible if shown == rounded(edge, DIGITS - 1) else trials.beside
-    if shown != given and search(shown):
+    if shown != given and trials.beside(shown):
         return Bound(name, "≥" if inward > 0 else "≤", shown)
-    if search(shown + inward * NEAR * (abs(shown) or size)):
+    near = ROUGH if shown == rounded(edge, 4) else CLOSELY * LOOSELY
+    if abs(shown - edge) <= near * abs(edge) or trials.beside(shown + inward * NEAR * size):
         return Bound(name, ">" if inward > 0 else "<", shown)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) + 1 - DIGITS) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
@@ -450,29 +453,36 @@ def _edge(
 
 
 def _closed_in(trials: _Trials, inside: float, outside: float, close: float = CLOSELY) -> float:
-    """The last feasible value from one ``inside`` towards one ``outside``."""
-    end = math.nan
+    """The last feasible value from one ``inside`` towards one ``outside``.
+
+    Where Newton's method fails far from a solution is asked again from a near one.
+    """
     if inside * outside <= 0.0:  # zero is where many of them end
         tiny = math.copysign(NEAR * abs(outside or inside), inside or outside)
         if trials.anywhere(tiny) is bool(inside):
             return tiny if inside else 0.0
         inside, outside = (inside, tiny) if inside else (tiny, outside)
-    while (width := abs(outside - inside)) > close * max(abs(inside), close):
-        before, end = end, _end(trials, inside, outside)
-        doubt, ratio = abs(end - before), outside / inside
-        points = [0.5 * (outside + inside) if 0.1 < ratio < 10.0 else math.sqrt(ratio) * inside]
-        if doubt <= DOUBT * abs(end - inside):
-            doubt = math.copysign(max(doubt, close * abs(end) / 2), outside - inside)
-            points = [end - doubt, end + doubt]
-        for point in points:
-            if min(inside, outside) < point < max(inside, outside):
-                if not trials.beside(point):
-                    outside = point
-                    break
-                inside = point
-        if abs(outside - inside) == width:
-            break
-    return inside
+    outsides, steps, end = [outside], 0, math.nan
+    while True:
+        outside, before, end = outsides[-1], end, _end(trials, inside, outsides[-1])
+        is_closed = abs(outside - inside) <= close * max(abs(inside), close)
+        if (is_closed or steps == MANY) and len(outsides) > 1 and trials.beside(outside):
+            inside, steps = outsides.pop(), 0
+            continue
+        if is_closed or trials.patience.lost:
+            return inside
+        doubt, ratio, steps = abs(end - before), outside / inside, steps + 1
+        middle = 0.5 * (outside + inside) if 0.1 < ratio < 10.0 else math.sqrt(ratio) * inside
+        sure = doubt <= DOUBT * abs(end - inside)
+        doubt = math.copysign(max(doubt, close * abs(end) / 2), outside - inside)
+        points = (end - doubt, end + doubt) if sure else ()
+        low, high = sorted((inside, outside))
+        for point in [point for point in points if low < point < high] or [middle]:
+            if not trials.beside(point):
+                outsides.append(point)
+                steps = 0
+                break
+            inside = point
 
 
 def _end(trials: _Trials, inside: float, outside: float) -> float:

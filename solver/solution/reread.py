@@ -12,6 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from itertools import product
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
@@ -325,30 +326,33 @@ def fixed_otherwise(asked: Asked, refusals: Sequence[Fact]) -> Fixed | None:
 def _fixed(
     asked: Asked, rules: Sequence[Equation], unknowns: Sequence[str], patience: Patience
 ) -> Iterator[Fixed]:
-    inputs = asked.inputs
     read = [name for rule in rules for name in rule.names]
     alone = {side.name for rule in rules for side in rule.sides if isinstance(side, Name)}
     own = {name: variable.value for name, variable in asked.model.variables.items()}
-    given = [name for name in inputs if name in read and isinstance(inputs[name], float)]
-    given.sort(key=lambda name: (own[name] == inputs[name], name not in alone, read.count(name)))
+    numbers = {n: v for n, v in asked.inputs.items() if n in read and isinstance(v, float)}
+    given = sorted(
+        numbers,
+        key=lambda name: (own[name] == numbers[name], name not in alone, read.count(name)),
+    )
     free = sorted(
         (n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone)
     )
-    for unknown in free[:MOST]:
-        for name in given[:MOST]:
-            ends, number = _whatever(asked, name, unknown, patience), inputs[name]
-            if ends is None or not isinstance(number, float):
+    moving = set[str]()  # those that follow an unknown
+    for unknown, name in product(free[:MOST], given[:MOST]):
+        number = numbers[name]
+        if name not in moving and (ends := _ends(asked, name, unknown, patience)):
+            size = max(map(abs, ends))
+            if ends[1] - ends[0] > SAME_VALUE * size:
+                moving.add(name)
                 continue
-            slack = BACKWARD * max(map(abs, (*ends, number)))
+            slack = BACKWARD * max(size, abs(number))
             if not ends[0] - slack <= number <= ends[1] + slack:
                 yield Fixed(name, ends[0], number, unknown, tuple(rule.index for rule in rules))
 
 
-def _whatever(
-    asked: Asked, name: str, unknown: str, patience: Patience
-) -> tuple[float, float] | None:
-    """The ends of the one value, up to rounding, that the rules give a variable at any trial of an
-    unknown; None if there is none."""
+def _ends(asked: Asked, name: str, unknown: str, patience: Patience) -> tuple[float, float] | None:
+    """The least and the greatest value that the rules give a variable at trials of an unknown, up
+    to the first that differ by more than rounding; None if they may have others at one of them."""
     rest = {n: v for n, v in asked.inputs.items() if n != name}
     sizes = [abs(v) for v in rest.values() if isinstance(v, float) and v]
     size = math.exp(sum(map(math.log, sizes)) / len(sizes)) if sizes else 1.0
@@ -359,15 +363,13 @@ def _whatever(
         if patience.lost or not variable.admits(at):
             return None
         tried = patience.shown(explore(Asked(asked.model, trial, None, {}, (name,)), brief=True))
-        leaves = [leaf for leaf in tried.leaves if leaf.solved]
-        if len(leaves) != 1 or not tried.complete:
+        values = [leaf.branch.values[name] for leaf in tried.leaves if leaf.solved]
+        found.update(value for value in values if isinstance(value, float))
+        if found and max(found) - min(found) > SAME_VALUE * max(map(abs, found)):
+            break
+        if len(values) != 1 or not tried.complete or not found:
             return None
-        value = leaves[0].branch.values[name]
-        if not isinstance(value, float):
-            return None
-        found.add(value)
-    low, high = min(found), max(found)
-    return (low, high) if high - low <= SAME_VALUE * max(abs(low), abs(high)) else None
+    return min(found), max(found)
 
 
 def contradicted_otherwise(asked: Asked, found: Exploration) -> Verdict | None:
