@@ -30,9 +30,13 @@ from rulesheets.syntax.nodes import (
 
 
 def number_text(x: float) -> str:
-    """Six digits of x, or all if six would make it look like a whole number."""
-    text = f"{x:.6g}"
-    return repr(x) if float(text) != x and float(text).is_integer() else text
+    """Six digits of x, or the fewest more with which it does not look like another whole number;
+    numbers beyond a billion always do."""
+    for digits in range(6, 18):
+        text = f"{x:.{digits}g}"
+        if float(text) == x or not float(text).is_integer() or abs(x) >= 1e9:
+            break
+    return text
 
 
 class Undefined(ArithmeticError):

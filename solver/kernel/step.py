@@ -13,6 +13,7 @@ from fractions import Fraction
 from itertools import zip_longest
 from typing import NamedTuple
 
+from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
@@ -257,8 +258,8 @@ class StepSolver:
             )
         if not self.complete:
             return self._unproven(delicate)
-        others = " or ".join(name for name in self.equation.names if name != self.unknown)
-        reading = f"{OTHERWISE} {others}" if others else "other numbers"
+        others = [name for name in self.equation.names if name != self.unknown]
+        reading = f"{OTHERWISE} {listed(others, 'or')}" if others else "other numbers"
         return StepOutcome(fact=NoValue(self.index, self.unknown, reading), delicate=delicate)
 
     def _inside(self, number: float) -> float:

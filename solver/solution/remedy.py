@@ -299,16 +299,16 @@ class Bound(NamedTuple):
 def bounds(
     asked: Asked, names: Sequence[str], judged: Sequence[str], patience: Patience
 ) -> tuple[Bound, ...]:
-    """The limit of each single input within its range for the ``judged`` names to have values; if
-    the whole has none at one of these limits, the limits for that, where there are any.
+    """The limit of each single input within its range for the whole to have a solution, which is
+    mostly that for the ``judged`` names to have values; else the limits for these alone.
 
     What the sheet itself gives as a positive number, and is no angle, stays positive; an angle
     stays within a turn.
     """
     near = _limits(asked._replace(want=judged, judged=judged), names, patience)
-    if all(_suffices(asked, bound, patience) for bound in near) or patience.lost:
-        return near
-    return _limits(asked, names, patience) or (() if patience.lost else near)
+    checking = Patience(PATIENCE // 2)  # nothing is offered that was not tried
+    enough = tuple(bound for bound in near if _suffices(asked, bound, checking))
+    return enough or _limits(asked, names, patience) or near
 
 
 def _suffices(asked: Asked, bound: Bound, patience: Patience) -> bool:
@@ -416,9 +416,9 @@ def _bound(trials: _Trials, given: float, values: Iterable[float]) -> Bound | No
     if edge is None:
         return None
     inward = 1.0 if edge > given else -1.0
-    if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
-        return Bound(name, "≠", given)
     for attempt in range(ATTEMPTS):
+        if abs(edge - given) <= ROUGH * size and feasible(2 * given - edge):
+            return Bound(name, "≠", given)
         points = [given + share * (edge - given) for share in (0.0, *BEYOND)]
         nearer = next(filter(feasible, points[1:]), None)
         if nearer is None:
