@@ -12,9 +12,11 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from functools import reduce
+from operator import or_
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
@@ -36,10 +38,10 @@ from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.linear_algebra import are_alike
-from solver.numerics.one_unknown import real_roots, simple_part
+from solver.numerics.one_unknown import have_common_root, real_roots, simple_part, without_roots
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
 from solver.path.isolate import smooth
-from solver.path.polynomial import UNIT, NoForm, Polynomial, constant, generator
+from solver.path.polynomial import UNIT, Monomial, NoForm, Polynomial, constant, generator
 
 HIGHEST_DEGREE = 12
 ALGEBRAIC = frozenset({"sqrt", "abs", "min", "max", "pi"})
@@ -49,8 +51,18 @@ Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 
-Gross: TypeAlias = tuple[Polynomial, Polynomial]
-"""A polynomial; and what it would be if nothing cancelled in it."""
+Factor: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
+"""The sorted terms of a polynomial of which the last coefficient is 1."""
+
+
+class Ratio(NamedTuple):
+    """A polynomial, what it would be if nothing cancelled in it, and its divisors with their
+    exponents."""
+
+    top: Polynomial
+    gross: Polynomial
+    divisors: Mapping[Factor, int] = {}
+
 
 Exact: TypeAlias = Callable[[float], Fraction]
 """The exact value of a float: its binary fraction, or the decimal as written."""
@@ -72,21 +84,23 @@ class _Steps:
         self.values = {
             n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)
         }
-        self.values |= {
-            tear: (generator(tear), generator(tear)) for tear in problem.kernel.block.tears
-        }
+        tears = problem.kernel.block.tears
+        self.values |= {tear: Ratio(generator(tear), generator(tear)) for tear in tears}
+        self.torn_once = len(tears) == 1
+        self.poles = dict[Factor, None]()
+        """Where they are 0, a step or a rule has no value."""
         for name, form in forms:
             expect_time()
             self.values[name] = self._value(form)
 
-    def residuals(self, problem: BlockProblem) -> list[Gross]:
+    def residuals(self, problem: BlockProblem) -> list[Ratio]:
         """The residuals. Raises NotPolynomial."""
         equations = (
             problem.graph.model.equations[number] for number in problem.kernel.block.residuals
         )
         return [self._value(smooth(*equation.sides)) for equation in equations]
 
-    def _value(self, node: Expression) -> Gross:
+    def _value(self, node: Expression) -> Ratio:
         match node:
             case Number(number):
                 return self._number(number)
@@ -95,52 +109,78 @@ class _Steps:
             case Negative(operand):
                 return _scaled(self._value(operand), Fraction(-1))
             case Sum(terms):
-                parts = [self._value(term) for term in terms]
-                none = Polynomial()
-                return sum((part for part, _ in parts), none), sum(
-                    (gross for _, gross in parts), none
-                )
+                return self._sum([self._value(term) for term in terms])
             case Product(left, right):
                 return self._times(self._value(left), self._value(right))
             case Quotient(left, right):
-                divisor, gross = self._value(right)
-                by = divisor.get(UNIT, Fraction(0))
-                if gross.generators or abs(by) <= TOUCHING * gross.get(UNIT, 0):
-                    raise NotPolynomial
-                return _scaled(self._value(left), 1 / by)
+                return self._quotient(self._value(left), self._value(right))
             case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
                 return reduce(self._times, [self._value(base)] * int(exponent))
+            case Power(base, Number(exponent)) if -exponent in range(1, HIGHEST_DEGREE + 1):
+                divisors = [self._value(base)] * int(-exponent)
+                return reduce(self._quotient, divisors, self._number(1.0))
             case Call() | Power():
                 return self._evaluated(node)
             case _:
                 raise NotPolynomial
 
-    def _evaluated(self, node: Expression) -> Gross:
+    def _evaluated(self, node: Expression) -> Ratio:
         """A function of known numbers, rounded as one of them is."""
         try:
             return self._number(value(node, self.known))
         except (KeyError, Undefined):
             raise NotPolynomial from None
 
-    def _times(self, a: Gross, b: Gross) -> Gross:
+    def _sum(self, parts: Sequence[Ratio]) -> Ratio:
+        """Over the least common divisors."""
+        common: Counter[Factor] = reduce(or_, (Counter(part.divisors) for part in parts))
+        tops, gross = Polynomial(), Polynomial()
+        for part in parts:
+            for factor in (common - Counter(part.divisors)).elements():
+                part = self._times(part, _ratio(factor))
+            tops, gross = tops + part.top, gross + part.gross
+        return Ratio(tops, gross, common)
+
+    def _times(self, a: Ratio, b: Ratio) -> Ratio:
         expect_time()
-        if self._degree(a[0]) + self._degree(b[0]) > HIGHEST_DEGREE:
+        if self._degree(a.top) + self._degree(b.top) > HIGHEST_DEGREE:
             raise NotPolynomial
-        return a[0] * b[0], a[1] * b[1]
+        divisors = Counter(a.divisors) + Counter(b.divisors)
+        return Ratio(a.top * b.top, a.gross * b.gross, divisors)
+
+    def _quotient(self, a: Ratio, b: Ratio) -> Ratio:
+        """Raises NotPolynomial where it may be 0/0, and for a divisor with more than one tear."""
+        for factor in Counter(b.divisors).elements():
+            a = self._times(a, _ratio(factor))
+        *terms, (lead, by) = sorted(b.top.items()) or [(UNIT, Fraction(0))]
+        if abs(by) <= TOUCHING * b.gross.get(lead, 0):
+            raise NotPolynomial
+        divided = _scaled(a, 1 / by)
+        if not b.gross.generators:
+            return divided
+        if not self.torn_once or have_common_root(_dense(a.top), _dense(b.top)):
+            raise NotPolynomial
+        factor = *((monomial, c / by) for monomial, c in terms), (lead, Fraction(1))
+        self.poles[factor] = None
+        return divided._replace(divisors=Counter(a.divisors) + Counter([factor]))
 
     def _degree(self, polynomial: Polynomial) -> int:
         """The highest degree in one of its tears."""
         return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
 
-    def _number(self, number: float) -> Gross:
+    def _number(self, number: float) -> Ratio:
         if not math.isfinite(number):
             raise NotPolynomial
         exact = self.exact(number)
-        return constant(exact), constant(abs(exact))
+        return Ratio(constant(exact), constant(abs(exact)))
 
 
-def _scaled(gross: Gross, factor: Fraction) -> Gross:
-    return gross[0] * factor, gross[1] * abs(factor)
+def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
+    return ratio._replace(top=ratio.top * factor, gross=ratio.gross * abs(factor))
+
+
+def _ratio(factor: Factor) -> Ratio:
+    return Ratio(Polynomial(factor), Polynomial({monomial: abs(c) for monomial, c in factor}))
 
 
 def _dense(polynomial: Polynomial) -> list[Fraction]:
@@ -173,10 +213,12 @@ def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolyn
     followed = _followed(problem, exact)
     if followed is None:
         return None
-    forms, ((whole, gross),) = followed
+    forms, ((whole, gross, _),), poles = followed
     if any(abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items()):
         return None
     polynomial = _dense(whole)
+    for pole in poles:
+        polynomial = without_roots(polynomial, _dense(pole))
     simple = simple_part(polynomial)
     return _OnePolynomial(forms, simple, len(simple) < len(polynomial))
 
@@ -214,11 +256,17 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     return True
 
 
-def _followed(problem: BlockProblem, exact: Exact = Fraction) -> tuple[Forms, list[Gross]] | None:
-    """The explicit forms of the steps, and the residuals; None if they are not polynomials."""
+def _followed(
+    problem: BlockProblem, exact: Exact = Fraction
+) -> tuple[Forms, list[Ratio], list[Polynomial]] | None:
+    """The explicit forms of the steps, the residuals, and polynomials that are not 0; None if the
+    residuals are not quotients of polynomials."""
     forms = _explicit_forms(problem)
+    if forms is None:
+        return None
     try:
-        return None if forms is None else (forms, _Steps(problem, forms, exact).residuals(problem))
+        steps = _Steps(problem, forms, exact)
+        return forms, steps.residuals(problem), list(map(Polynomial, steps.poles))
     except (NotPolynomial, NoForm, OverflowError):
         return None
 
@@ -368,7 +416,7 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     followed = _followed(problem)
     if followed is None:
         return False
-    forms, ((p, _), (q, _)) = followed
+    forms, ((p, *_), (q, *_)), _ = followed
     if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
     from rulesheets.algebra import resultant_of  # brings sympy

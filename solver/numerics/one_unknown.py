@@ -30,12 +30,22 @@ def simple_part(polynomial: Coefficients) -> list[Fraction]:
     """The polynomial with the same roots, each of them once: p over the common divisor of p and
     p'."""
     whole = _integers(polynomial)
-    return list(
-        map(
-            Fraction,
-            _integers(_divided(whole, _sequence(whole)[-1])[0] if len(whole) > 1 else whole),
-        )
-    )
+    if len(whole) > 1:
+        whole = _integers(_divided(whole, _sequence(whole, _slope(whole))[-1])[0])
+    return list(map(Fraction, whole))
+
+
+def have_common_root(one: Coefficients, other: Coefficients) -> bool:
+    """Whether two polynomials have a root in common, real or not."""
+    return len(_sequence(_integers(one), _integers(other))[-1]) != 1
+
+
+def without_roots(polynomial: Coefficients, others: Coefficients) -> list[Fraction]:
+    """The polynomial without those of its roots that are roots of another one."""
+    whole, divisor = _integers(polynomial), _integers(others)
+    while len(common := _sequence(whole, divisor)[-1]) > 1:
+        whole = _integers(_divided(whole, common)[0])
+    return list(map(Fraction, whole))
 
 
 def real_roots(
@@ -47,7 +57,8 @@ def real_roots(
     None if there is no such list: the polynomial is 0, or it has a multiple root (real or not), or
     a root beyond the floats or closer to another one than floats can tell.
     """
-    sequence = _sequence(_integers(polynomial))
+    whole = _integers(polynomial)
+    sequence = _sequence(whole, _slope(whole))
     if len(sequence[-1]) != 1:
         return None
     least, most = (max(-LARGEST, min(LARGEST, _place(end))) for end in (low, high))
@@ -61,14 +72,18 @@ def real_roots(
     return (*(at_the_end or ()), *found)
 
 
-def _sequence(whole: list[int]) -> list[list[int]]:
-    """Sturm's sequence; its last member is the greatest common divisor of the polynomial and its
-    slope."""
-    found = [whole, _integers([k * c for k, c in enumerate(whole)][1:])]
+def _sequence(whole: list[int], other: list[int]) -> list[list[int]]:
+    """The remainders of Euclid's division, with changed signs; the last is the greatest common
+    divisor. Of a polynomial and its slope it is Sturm's sequence."""
+    found = [whole, other]
     while found[-1]:
         expect_time()
         found.append([-c for c in _integers(_divided(found[-2], found[-1])[1])])
     return found[:-1] or [[]]
+
+
+def _slope(whole: list[int]) -> list[int]:
+    return _integers([k * c for k, c in enumerate(whole)][1:])
 
 
 def _integers(polynomial: Sequence[Fraction | int]) -> list[int]:

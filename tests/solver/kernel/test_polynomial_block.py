@@ -52,6 +52,25 @@ def test_planted_roots_of_random_blocks() -> None:
         assert sorted(s["x"] for s in result.solutions) == pytest.approx(roots, abs=1e-12)
 
 
+def test_planted_roots_beside_poles() -> None:
+    draw = random.Random(4)
+    for _ in range(20):
+        *roots, p, q = draw.sample(range(-9, 10), 4)
+        a, b = roots
+        sheet = f"u = (x - ({a}))/(x - ({p}))^2\nw = (x - ({b}))*(x - ({q}))^-1\nu*w = v\nv = 0*x"
+        result = solved(sheet)
+        assert result.complete
+        assert sorted(s["x"] for s in result.solutions) == pytest.approx(sorted(roots), abs=1e-12)
+
+
+def test_a_root_where_a_divisor_is_0_is_no_answer() -> None:
+    """x + 1 = 2x but for x = 1, where the quotient is 0/0."""
+    assert not solved("y = x - 1\nz = (x^2 - 1)/y\nz = 2*x").solutions
+    result = solved("y = x - 1\nz = (x^2 + 1)/y\nz + x = 2/y")  # 2x^2 - x - 1 = 0
+    assert [s["x"] for s in result.solutions] == [-0.5]
+    assert result.complete
+
+
 def test_no_real_root_is_proven() -> None:
     result = solved("y = x^4 + x\ny + 2*x^2 = -k", k=3.0)
     assert str(result.status) == "infeasible"
