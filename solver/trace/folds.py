@@ -188,6 +188,7 @@ class ConstantRootCount:
                 moved[place] = min(end, there), max(end, there)
         if near:
             self._hop = min(2.0 * self._hop, FARTHER[0])
+            self._beyond = min(2.0 * self._beyond, FARTHER[1])
         elif not self._proves(moved):
             self._shares[at, ways] = share / SHRINKING
             return True
