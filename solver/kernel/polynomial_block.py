@@ -248,8 +248,8 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
         point = _point_at(problem, found.forms, {tear: root})
         if point is None:
             return False
-        if problem.holds(point):
-            trial.keep(point, singular=found.several, counted=found.several)
+        if found.several and problem.holds(point):
+            trial.keep(point, singular=True, counted=True)
         elif not (is_clearly_violated(problem, point) if found.several else trial.settles(point)):
             return False
     candidates.take(trial)
