@@ -214,7 +214,8 @@ def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolyn
     if followed is None:
         return None
     forms, ((whole, gross, _),), poles = followed
-    if any(abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items()):
+    doubtful = (abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items())
+    if not whole or any(doubtful):
         return None
     polynomial = _dense(whole)
     for pole in poles:

@@ -71,6 +71,11 @@ def test_a_root_where_a_divisor_is_0_is_no_answer() -> None:
     assert result.complete
 
 
+def test_quotients_that_say_the_same_leave_an_unknown_free() -> None:
+    result = solved("y = 6/x\nz = 2/x\ny + z = 8/x")
+    assert str(result.status) == "partial"
+
+
 def test_no_real_root_is_proven() -> None:
     result = solved("y = x^4 + x\ny + 2*x^2 = -k", k=3.0)
     assert str(result.status) == "infeasible"
