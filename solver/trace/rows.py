@@ -37,7 +37,8 @@ Keep: TypeAlias = Callable[[Array, Status], None]
 """Takes the status of rows."""
 
 WORTH = 16
-"""The number of rows that is worth the set-up of a record on arrays."""
+"""The number of rows that is worth the set-up of a record on arrays, for each of its answers: every
+two of these are compared."""
 
 
 MANY = 512
@@ -394,6 +395,8 @@ class AnswerSweeper:
             if len(left) > WORTH:
                 for place in [p for p in self.records.order if p >= records]:
                     before, program = len(left), self.records.programs[place]
+                    if before <= WORTH * len(program.endings):
+                        continue
                     left = self._settled(program, columns, left, parts, steady)
                     if before - len(left) > most:
                         most, best = before - len(left), place
