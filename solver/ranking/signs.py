@@ -75,10 +75,10 @@ class Signs:
                     found |= told
         ranged = (n for n, v in self.model.variables.items() if v.low < 0.0 and v.ranged)
         sides = [sides for e in self._periodic for sides in (e.sides, (e.right, e.left))]
-        swinging = (  # what a rule gives as a swing of a phase has either sign
+        swinging = (  # what a rule gives as a swing of a phase, or a component, has either sign
             one.name
             for one, other in sides
-            if isinstance(one, Name) and _swings(other, self.phases)
+            if isinstance(one, Name) and (_swings(other, self.phases) or _is_component(other))
         )
         return found.union(ranged, swinging, self._opposed())
 
@@ -307,6 +307,16 @@ def _swings(node: Any, known: Set[str]) -> bool:
             return all(_swings(part, known) for part in node.parts)
         case Quotient(left, _):
             return _swings(left, known)
+    return False
+
+
+def _is_component(node: Expression) -> bool:
+    """Whether an expression is a product with a sine or a cosine, as ``-I*sind(phi)``."""
+    match node:
+        case Call(function):
+            return function in WAVES
+        case Product() | Negative():
+            return any(map(_is_component, node.parts))
     return False
 
 

@@ -650,3 +650,14 @@ def test_of_two_elevations_the_lower_comes_first() -> None:
     result = solver.solve(rulesheets.loads(sheet), {"R": 190.0, "v": 67.0, "g": 9.81})
     expected = math.degrees(math.asin(190.0 * 9.81 / 67.0**2)) / 2
     assert result["th"] == pytest.approx(expected, rel=1e-12)
+
+
+def test_the_sign_of_a_component_says_nothing() -> None:
+    """A lagging current has a negative imaginary part, and raises the voltage at the other end."""
+    sheet = """cosd(phi) = pf
+    (Ix, Iy) = (I*cosd(phi), -I*sind(phi))
+    (Vx, Vy) = (V + R*Ix - X*Iy, R*Iy + X*Ix)
+    E = sqrt(Vx^2 + Vy^2)"""
+    given = {"pf": 0.9, "I": 0.29, "V": 127.0, "R": 12.0, "X": 80.0}
+    result = solver.solve(rulesheets.loads(sheet), given)
+    assert (len(result.solutions), result["phi"]) == (2, pytest.approx(25.8419, abs=1e-4))
