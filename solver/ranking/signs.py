@@ -253,7 +253,8 @@ class Signs:
 
     @cached_property
     def radii(self) -> Mapping[str, bool]:
-        """Names that are never a term by themselves: whether they multiply a sine or a cosine."""
+        """Names that are never a term by themselves: whether they are squared, or multiply a sine
+        or a cosine."""
         found, terms = dict[str, bool](), set[str]()
         for equation in () if self.large else self.model.equations:
             terms |= _terms(*equation.sides)
@@ -263,6 +264,8 @@ class Signs:
                     case Product(Name(name), Call(wave)) | Product(Call(wave), Name(name)) if (
                         wave in WAVES
                     ):
+                        found[name] = True
+                    case Power(Name(name), Number(2.0)):
                         found[name] = True
         return {name: multiplies for name, multiplies in found.items() if name not in terms}
 

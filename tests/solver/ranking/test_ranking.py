@@ -533,16 +533,18 @@ def test_a_sine_may_be_small() -> None:
     assert back["gamma"] == pytest.approx(2.6237, abs=1e-4)
 
 
-@pytest.mark.parametrize("given", ["aB", "xB", "vB"])
-def test_the_length_of_a_crank_is_positive(given: str) -> None:
-    """Whatever signs coordinates and accelerations have: the sheet's connecting rod is one of 8,
-    too."""
+@pytest.mark.parametrize(
+    ("link", "length", "given"),
+    [("AO", 3.0, "aB"), ("AO", 3.0, "xB"), ("AO", 3.0, "vB"), ("AB", 8.0, "thetaAB")],
+)
+def test_the_length_of_a_link_is_positive(link: str, length: float, given: str) -> None:
+    """Whatever signs coordinates and accelerations have: the other link has a length, too."""
     model = rulesheets.load(
         Path(__file__).parents[3] / "models" / "offset_slider_crank" / "model.tk"
     )
     state = solver.solve(model).solutions[0]
-    found = solver.solve(model, {"AO": None, given: state[given]})
-    assert found.solutions[0]["AO"] == pytest.approx(3.0, rel=1e-9)
+    found = solver.solve(model, {link: None, given: state[given]})
+    assert found.solutions[0][link] == pytest.approx(length, rel=1e-9)
 
 
 def test_a_difference_that_all_but_cancels_has_either_sign() -> None:
