@@ -29,6 +29,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     is_number,
+    terms,
     walk,
 )
 from rulesheets.syntax.nodes import names as names_in
@@ -75,10 +76,11 @@ class Signs:
                     found |= told
         ranged = (n for n, v in self.model.variables.items() if v.low < 0.0 and v.ranged)
         sides = [sides for e in self._periodic for sides in (e.sides, (e.right, e.left))]
-        swinging = (  # what a rule gives as a swing of a phase, or a component, has either sign
+        swinging = (  # what a rule gives as a swing of a phase, or by components, has either sign
             one.name
             for one, other in sides
-            if isinstance(one, Name) and (_swings(other, self.phases) or _is_component(other))
+            if isinstance(one, Name)
+            and (_swings(other, self.phases) or all(map(_is_component, terms(other))))
         )
         return found.union(ranged, swinging, self._opposed())
 
