@@ -19,7 +19,7 @@ from benchmarks.hostile_sheets import Dice, Sheet
 
 UNLIMITED = 0.0
 """No alarm: what takes too long shows in the run of the suite."""
-QUICK = 350
+QUICK = 100
 """Seeds from here on are tried with ``-m slow``."""
 
 
