@@ -51,7 +51,7 @@ Coefficients: TypeAlias = Sequence[Fraction]
 """Of a polynomial in one tear, lowest degree first."""
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 
-Factor: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
+Divisor: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
 """The sorted terms of a polynomial of which the last coefficient is 1."""
 
 
@@ -61,7 +61,7 @@ class Ratio(NamedTuple):
 
     top: Polynomial
     gross: Polynomial
-    divisors: Mapping[Factor, int] = {}
+    divisors: Counter[Divisor]
 
 
 Exact: TypeAlias = Callable[[float], Fraction]
@@ -85,9 +85,9 @@ class _Steps:
             n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)
         }
         tears = problem.kernel.block.tears
-        self.values |= {tear: Ratio(generator(tear), generator(tear)) for tear in tears}
+        self.values |= {tear: _plain(generator(tear)) for tear in tears}
         self.torn_once = len(tears) == 1
-        self.poles = dict[Factor, None]()
+        self.poles = dict[Divisor, None]()
         """Where they are 0, a step or a rule has no value."""
         for name, form in forms:
             expect_time()
@@ -133,11 +133,11 @@ class _Steps:
 
     def _sum(self, parts: Sequence[Ratio]) -> Ratio:
         """Over the least common divisors."""
-        common: Counter[Factor] = reduce(or_, (Counter(part.divisors) for part in parts))
+        common = reduce(or_, (part.divisors for part in parts))
         tops, gross = Polynomial(), Polynomial()
         for part in parts:
-            for factor in (common - Counter(part.divisors)).elements():
-                part = self._times(part, _ratio(factor))
+            for factor in (common - part.divisors).elements():
+                part = self._times(part, _plain(Polynomial(factor)))
             tops, gross = tops + part.top, gross + part.gross
         return Ratio(tops, gross, common)
 
@@ -145,13 +145,12 @@ class _Steps:
         expect_time()
         if self._degree(a.top) + self._degree(b.top) > HIGHEST_DEGREE:
             raise NotPolynomial
-        divisors = Counter(a.divisors) + Counter(b.divisors)
-        return Ratio(a.top * b.top, a.gross * b.gross, divisors)
+        return Ratio(a.top * b.top, a.gross * b.gross, a.divisors + b.divisors)
 
     def _quotient(self, a: Ratio, b: Ratio) -> Ratio:
         """Raises NotPolynomial where it may be 0/0, and for a divisor with more than one tear."""
-        for factor in Counter(b.divisors).elements():
-            a = self._times(a, _ratio(factor))
+        for factor in b.divisors.elements():
+            a = self._times(a, _plain(Polynomial(factor)))
         *terms, (lead, by) = sorted(b.top.items()) or [(UNIT, Fraction(0))]
         if abs(by) <= TOUCHING * b.gross.get(lead, 0):
             raise NotPolynomial
@@ -162,7 +161,7 @@ class _Steps:
             raise NotPolynomial
         factor = *((monomial, c / by) for monomial, c in terms), (lead, Fraction(1))
         self.poles[factor] = None
-        return divided._replace(divisors=Counter(a.divisors) + Counter([factor]))
+        return divided._replace(divisors=a.divisors + Counter([factor]))
 
     def _degree(self, polynomial: Polynomial) -> int:
         """The highest degree in one of its tears."""
@@ -171,16 +170,16 @@ class _Steps:
     def _number(self, number: float) -> Ratio:
         if not math.isfinite(number):
             raise NotPolynomial
-        exact = self.exact(number)
-        return Ratio(constant(exact), constant(abs(exact)))
+        return _plain(constant(self.exact(number)))
 
 
 def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
     return ratio._replace(top=ratio.top * factor, gross=ratio.gross * abs(factor))
 
 
-def _ratio(factor: Factor) -> Ratio:
-    return Ratio(Polynomial(factor), Polynomial({monomial: abs(c) for monomial, c in factor}))
+def _plain(polynomial: Polynomial) -> Ratio:
+    gross = Polynomial({monomial: abs(c) for monomial, c in polynomial.items()})
+    return Ratio(polynomial, gross, Counter())
 
 
 def _dense(polynomial: Polynomial) -> list[Fraction]:

@@ -306,7 +306,7 @@ def bounds(
     stays within a turn.
     """
     near = _limits(asked._replace(want=judged, judged=judged), names, patience)
-    checking = Patience(PATIENCE // 2)  # nothing is offered that was not tried
+    checking = Patience(PATIENCE // 2)  # the search may have used up the other
     enough = tuple(bound for bound in near if _suffices(asked, bound, checking))
     return enough or _limits(asked, names, patience) or near
 
