@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from itertools import product
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, listed
@@ -22,9 +22,41 @@ from solver.derivatives.linearization import (
 from solver.path import Shown
 from solver.path.cases import Pair
 
+MISSING = {
+    "tied": (
+        "{what} does not exist: moved alone, {alone} would break this rule",
+        "clear an input that the others determine",
+    ),
+    "rough": (
+        "{what} is unknown here: this rule has no slope at these values",
+        "it has a corner or a vertical tangent there; move an input a little and ask again",
+    ),
+    "corner": (
+        "{what} does not exist: it has a corner",
+        "it is {after:.10g} upwards and {before:.10g} downwards",
+    ),
+    "kink": (
+        "{what} does not exist: the rules change at {pairs}",
+        "it is {after:.10g} upwards and {before:.10g} downwards",
+    ),
+    "unsolved": (
+        "{what} does not exist: {outputs} has no number here",
+        "take it out of the list, or solve for it",
+    ),
+    "edges": (
+        "{what} is unknown here: the rules change at {pairs}",
+        "move an input a little and ask again",
+    ),
+    "free": (
+        "{what} does not exist: the answer is singular there",
+        "it can move while every input stays: a double root, a fold or a dead centre",
+    ),
+}
+"""Why a derivative is missing, and what can be done, by the kind of reason."""
+
 
 class Reason(NamedTuple):
-    """Why a derivative is missing: tied, rough (a rule), kink, edges (pairs), free or unsolved.
+    """Why a derivative is missing: its kind, and the rule or pairs at its root.
 
     ``sides`` are the derivatives on both sides of a kink.
     """
@@ -37,37 +69,18 @@ class Reason(NamedTuple):
 
 def diagnosis(model: Model, reason: Reason, group: Sequence[tuple[str, str]]) -> Diagnosis:
     """One reason for a group of (output, input) pairs, as a note."""
-    outputs = tuple(dict.fromkeys(output for output, _ in group))
-    givens = tuple(dict.fromkeys(given for _, given in group))
-    what = f"the derivative of {listed(outputs)} by {listed(givens)}"
+    outputs, givens = (tuple(dict.fromkeys(names)) for names in zip(*group, strict=True))
+    pairs = [f"{format_expression(one)} = {format_expression(two)}" for one, two in reason.pairs]
+    said = {
+        "what": f"the derivative of {listed(outputs)} by {listed(givens)}",
+        "alone": givens[0] if len(givens) == 1 else "each of them",
+        "outputs": listed(outputs),
+        "pairs": pairs and listed(pairs),
+        "after": reason.sides[0],
+        "before": reason.sides[1],
+    }
+    text, note = (told.format(**said) for told in MISSING[reason.kind])
     labels = () if reason.rule < 0 else (Label(model.equations[reason.rule].rule),)
-    pairs = [
-        f"{format_expression(left)} = {format_expression(right)}" for left, right in reason.pairs
-    ]
-    match reason.kind:
-        case "tied":
-            alone = givens[0] if len(givens) == 1 else "each of them"
-            text = f"{what} does not exist: moved alone, {alone} would break this rule"
-            note = "clear an input that the others determine"
-        case "rough":
-            text = f"{what} is unknown here: this rule has no slope at these values"
-            note = (
-                "it has a corner or a vertical tangent there; move an input a little and ask again"
-            )
-        case "kink":
-            after, before = reason.sides
-            where = f"the rules change at {listed(pairs)}" if pairs else "it has a corner"
-            text = f"{what} does not exist: {where}"
-            note = f"it is {after:.10g} upwards and {before:.10g} downwards"
-        case "unsolved":
-            text = f"{what} does not exist: {listed(outputs)} has no number here"
-            note = "take it out of the list, or solve for it"
-        case "edges":
-            text = f"{what} is unknown here: the rules change at {listed(pairs)}"
-            note = "move an input a little and ask again"
-        case _:
-            text = f"{what} does not exist: the answer is singular there"
-            note = "it can move while every input stays: a double root, a fold or a dead centre"
     return Diagnosis("S592", Severity.NOTE, text, labels, (note,), outputs)
 
 
@@ -81,31 +94,24 @@ SAME = 1e-12
 """Relative difference of the derivatives on both sides of an edge that is no kink."""
 
 
-@dataclass(frozen=True)
-class Sensitivities(Mapping[tuple[str, str], "float | None"], Shown):
+class Sensitivities(dict[tuple[str, str], float | None], Shown):
     """``table["vB", "thetaAO"]`` is d(vB)/d(thetaAO) in calculation units, None if there is none.
 
     Every derivative is that of one answer, with all other inputs held. ``diagnoses`` say why a
     derivative does not exist.
     """
 
-    model: Model
-    outputs: tuple[str, ...]
-    inputs: tuple[str, ...]
-    slopes: Mapping[tuple[str, str], float]
-    diagnoses: tuple[Diagnosis, ...] = ()
-
-    def __getitem__(self, pair: tuple[str, str]) -> float | None:
-        output, given = pair
-        if output not in self.outputs or given not in self.inputs:
-            raise KeyError(pair)
-        return self.slopes.get(pair)
-
-    def __iter__(self) -> Iterator[tuple[str, str]]:
-        return ((output, given) for output in self.outputs for given in self.inputs)
-
-    def __len__(self) -> int:
-        return len(self.outputs) * len(self.inputs)
+    def __init__(
+        self,
+        model: Model,
+        outputs: Sequence[str],
+        inputs: Sequence[str],
+        slopes: Mapping[tuple[str, str], float],
+        diagnoses: tuple[Diagnosis, ...] = (),
+    ) -> None:
+        super().__init__((pair, slopes.get(pair)) for pair in product(outputs, inputs))
+        self.model, self.diagnoses = model, diagnoses
+        self.outputs, self.inputs = tuple(outputs), tuple(inputs)
 
     def unit(self, output: str, given: str) -> str:
         """``rad/s/deg``, ``1/deg``, blank if neither has a unit."""
@@ -140,11 +146,9 @@ def sensitivities(
         changing = any(total.of(pair, given) != 0 for pair in pairs)
         corner = next((e for e, pair in corners if total.of(pair, given) != 0), None)
         for output in outputs:
-            found = (
-                Reason("edges", pairs=pairs)
-                if changing
-                else _one(total, values, output, given, corner)
-            )
+            found = _one(total, values, output, given, corner)
+            if changing:
+                found = Reason("edges", pairs=pairs)
             if isinstance(found, Reason):
                 reasons[output, given] = found
             else:
@@ -154,21 +158,20 @@ def sensitivities(
             continue
         # limits of the derivatives from both sides, where the rules at the point itself tell
         # nothing
-        after, before = (
-            one_sided(model, values, inputs, lost, given, side, near) for side in (1, -1)
-        )
-        for output in (output for output in lost if output in after and output in before):
-            sides = after[output], before[output]
+        limits = [one_sided(model, values, inputs, lost, given, side, near) for side in (1, -1)]
+        for output in (one for one in lost if all(one in limit for limit in limits)):
+            after, before = (limit[output] for limit in limits)
             reason = reasons.pop((output, given))
-            if abs(sides[0] - sides[1]) <= SAME * max(map(abs, sides)):
-                slopes[output, given] = sides[0]
+            if abs(after - before) <= SAME * max(abs(after), abs(before)):
+                slopes[output, given] = after
             else:  # a corner, at the rule or the guards that make it
-                reasons[output, given] = reason._replace(kind="kink", sides=sides)
+                kind = "kink" if reason.pairs else "corner"
+                reasons[output, given] = reason._replace(kind=kind, sides=(after, before))
     groups: dict[Reason, list[tuple[str, str]]] = {}
     for key, reason in reasons.items():
         groups.setdefault(reason, []).append(key)
     diagnoses = tuple(diagnosis(model, reason, group) for reason, group in groups.items())
-    return Sensitivities(model, tuple(outputs), tuple(by), slopes, diagnoses)
+    return Sensitivities(model, outputs, by, slopes, diagnoses)
 
 
 def chosen_outputs(
@@ -326,44 +329,35 @@ class Band(NamedTuple):
     contributions: tuple[Contribution, ...]
 
 
-@dataclass(frozen=True)
-class ToleranceBands(Mapping[str, "Band | None"], Shown):
+class ToleranceBands(dict[str, Band | None], Shown):
     """The band of every output; None if a derivative is missing (``diagnoses`` say why).
 
     ``tolerances`` are those of the inputs, in their own units.
     """
 
-    tolerances: Mapping[str, float]
-    sensitivities: Sensitivities
-    answer: Mapping[str, Value]
+    def __init__(
+        self, tolerances: Mapping[str, float], slopes: Sensitivities, answer: Mapping[str, Value]
+    ) -> None:
+        found = ((n, _band(n, answer.get(n), tolerances, slopes)) for n in slopes.outputs)
+        super().__init__(found)
+        self.tolerances, self.model = tolerances, slopes.model
+        self.diagnoses = slopes.diagnoses
 
-    @property
-    def diagnoses(self) -> tuple[Diagnosis, ...]:
-        return self.sensitivities.diagnoses
 
-    def __getitem__(self, name: str) -> Band | None:
-        if name not in self.sensitivities.outputs:
-            raise KeyError(name)
-        slopes = [self.sensitivities[name, given] for given in self.tolerances]
-        value = self.answer.get(name)
-        if not isinstance(value, float) or any(slope is None for slope in slopes):
+def _band(
+    name: str, value: Value | None, tolerances: Mapping[str, float], slopes: Sensitivities
+) -> Band | None:
+    amounts: dict[str, float] = {}
+    for given, tolerance in tolerances.items():
+        if (slope := slopes[name, given]) is None:
             return None
-        amounts = {
-            given: abs(slope or 0.0) * tolerance
-            for (given, tolerance), slope in zip(self.tolerances.items(), slopes, strict=True)
-        }
-        rss = math.hypot(*amounts.values())
-        shares = tuple(
-            Contribution(given, amount, (amount / rss) ** 2 if rss else 0.0)
-            for given, amount in sorted(amounts.items(), key=lambda item: -item[1])
-        )
-        return Band(name, value, math.fsum(amounts.values()), rss, shares)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self.sensitivities.outputs)
-
-    def __len__(self) -> int:
-        return len(self.sensitivities.outputs)
+        amounts[given] = abs(slope) * tolerance
+    if not isinstance(value, float):
+        return None
+    rss = math.hypot(*amounts.values())
+    ranked = sorted(amounts.items(), key=lambda item: -item[1])
+    parts = (Contribution(given, one, (one / rss) ** 2 if rss else 0.0) for given, one in ranked)
+    return Band(name, value, math.fsum(amounts.values()), rss, tuple(parts))
 
 
 def tolerances_of(

@@ -80,27 +80,18 @@ def linearize(
     If rules repeat one another, those of ``prefer`` (such as the rules that a path solved with) are
     taken first. Never raises for a singular point: see ``free`` and ``rough``.
     """
-    rows: dict[int, dict[str, float]] = {}
-    rough: list[int] = []
-    for equation in active_equations(model, values, inputs):
-        row = slopes(equation, values)
-        if row is None:
-            rough.append(equation.index)
-        else:
-            rows[equation.index] = row
+    every = {e.index: slopes(e, values) for e in active_equations(model, values, inputs)}
+    rows = {index: row for index, row in every.items() if row is not None}
     names = {name for row in rows.values() for name in row}
     unknowns = tuple(name for name in model.variables if name in names and name not in inputs)
     first = [e for e in dict.fromkeys(prefer) if e in rows]
     order = [*first, *(e for e in rows if e not in set(first))]
     blocks, free = _square(rows, order, unknowns, values)
     used = {e for block in blocks for e in block.equations}
-    return Linearization(
-        rows=rows,
-        blocks=blocks,
-        redundant=tuple(e for e in rows if e not in used),
-        free=tuple(name for name in unknowns if name in free),
-        rough=tuple(rough),
-    )
+    redundant = tuple(e for e in rows if e not in used)
+    undetermined = tuple(name for name in unknowns if name in free)
+    rough = tuple(e for e in every if e not in rows)
+    return Linearization(rows, blocks, redundant, undetermined, rough)
 
 
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
@@ -128,17 +119,10 @@ def _square(
     taken = [e for place, e in enumerate(order) if matching.unknown_of[place] is not None]
     if len(taken) == len(unknowns):
         blocks = _blocks(rows, taken, unknowns)
-        factors = (
-            factorise(
-                [[rows[e].get(name, 0.0) for name in block.unknowns] for e in block.equations],
-                _sizes(block.unknowns, values),
-            )
-            for block in blocks
-        )
+        factors = (factorise(*_matrix(rows, *block, values)) for block in blocks)
         if all(factor.rank == factor.columns for factor in factors):
             return blocks, set()
-    matrix = [[rows[e].get(name, 0.0) for name in unknowns] for e in order]
-    found = independent_rows(matrix, _sizes(unknowns, values))
+    found = independent_rows(*_matrix(rows, order, unknowns, values))
     taken = [order[i] for i in found.rows]
     kept = [name for j, name in enumerate(unknowns) if j not in found.held]
     return _blocks(rows, taken, kept), {unknowns[j] for j in found.free}
@@ -148,12 +132,11 @@ def _blocks(
     rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
 ) -> tuple[SquareBlock, ...]:
     """Blocks in lower triangular form, by everything that occurs in the rows."""
-    return tuple(
-        SquareBlock(
-            tuple(taken[e] for e in block.equations), tuple(unknowns[u] for u in block.unknowns)
-        )
-        for block in block_triangular(_incidence(rows, taken, unknowns, moving=False))
-    )
+    found = []
+    for block in block_triangular(_incidence(rows, taken, unknowns, moving=False)):
+        names = tuple(unknowns[u] for u in block.unknowns)
+        found.append(SquareBlock(tuple(taken[e] for e in block.equations), names))
+    return tuple(found)
 
 
 def _incidence(
@@ -164,20 +147,23 @@ def _incidence(
     moving: bool,
 ) -> Incidence:
     """Equations by place in ``order``; ``moving`` leaves out variables whose slope is 0."""
-    number = {name: i for i, name in enumerate(unknowns)}
-    occurs = tuple(
-        tuple(
-            sorted(
-                number[n] for n, slope in rows[e].items() if n in number and (slope or not moving)
-            )
-        )
-        for e in order
+    place = {name: i for i, name in enumerate(unknowns)}
+    seen = (
+        [n for n, slope in rows[e].items() if n in place and (slope or not moving)] for e in order
     )
+    occurs = tuple(tuple(sorted(place[name] for name in names)) for names in seen)
     return Incidence(occurs, tuple({} for _ in occurs), len(unknowns))
 
 
-def _sizes(unknowns: Iterable[str], values: Mapping[str, Value]) -> list[float]:
-    return [abs(v) if isinstance(v := values[name], float) and v else 1.0 for name in unknowns]
+def _matrix(
+    rows: Mapping[int, Mapping[str, float]],
+    order: Sequence[int],
+    unknowns: Sequence[str],
+    values: Mapping[str, Value],
+) -> tuple[list[list[float]], list[float]]:
+    """The slopes of these rows by the unknowns, and the sizes of the unknowns."""
+    sizes = [abs(v) if isinstance(v := values[name], float) and v else 1.0 for name in unknowns]
+    return [[rows[e].get(name, 0.0) for name in unknowns] for e in order], sizes
 
 
 Extended: TypeAlias = Any
@@ -225,16 +211,13 @@ def sharpened(
                 _settle(equations, linear.rows, block, exact)
                 rows.update((e.index, precise_slopes(e.left, e.right, exact)) for e in equations)
             else:
-                for e in equations:
-                    rows[e.index] = {
-                        name: number(slope) for name, slope in linear.rows[e.index].items()
-                    }
+                slopes_of = ((e, linear.rows[e]) for e in block.equations)
+                rows.update((e, {n: number(by) for n, by in row.items()}) for e, row in slopes_of)
             blocks.append(block)
         except (Undefined, Unresolved):
             lost.update(block.unknowns)
-            exact.update(
-                (name, number(v)) for name in block.unknowns if isinstance(v := values[name], float)
-            )
+            numbers = ((n, v) for n in block.unknowns if isinstance(v := values[n], float))
+            exact.update((name, number(v)) for name, v in numbers)
     for index in linear.redundant:
         rule = model.equations[index]
         try:
@@ -306,11 +289,8 @@ def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
             case "abs" | "sgn", (x,):
                 met.append((x, ZERO))
             case "min" | "max", arguments:
-                extreme = _number(call, values)
-                ends = [
-                    a for a in arguments if extreme is not None and _number(a, values) == extreme
-                ]
-                met += combinations(ends, 2)
+                if (extreme := _number(call, values)) is not None:
+                    met += combinations((a for a in arguments if _number(a, values) == extreme), 2)
             case "step", (x, at):
                 met.append((x, at))
             case "int" | "frac", (x,):
@@ -396,14 +376,11 @@ def _solved(sharp: Sharp, parameters: Sequence[str]) -> dict[str, dict[str, Exte
     by: dict[str, dict[str, Extended]] = {p: {p: 1} for p in parameters}
     for block in sharp.blocks:
         place = {name: j for j, name in enumerate(block.unknowns)}
-        rows = [
-            {place[n]: slope for n, slope in sharp.rows[e].items() if n in place}
-            for e in block.equations
-        ]
-        read = {name for e in block.equations for name in sharp.rows[e]}
-        known = {p for name in read for p in by.get(name, ())}
+        every = [sharp.rows[e] for e in block.equations]
+        rows = [{place[n]: slope for n, slope in row.items() if n in place} for row in every]
+        known = {p for row in every for name in row for p in by.get(name, ())}
         moving = [p for p in parameters if p in known]
-        columns = [[-sum(_chain(sharp.rows[e], by, p)) for e in block.equations] for p in moving]
+        columns = [[-sum(_chain(row, by, p)) for row in every] for p in moving]
         solved = eliminate_rows(rows, columns) if columns else []
         for name, j in place.items():
             by[name] = {p: column[j] for p, column in zip(moving, solved, strict=True)}
@@ -414,6 +391,5 @@ def _chain(
     row: Mapping[str, Extended], by: Mapping[str, Mapping[str, Extended]], parameter: str
 ) -> list[Extended]:
     """The terms ∂F/∂v · dv/dp of a total derivative."""
-    return [
-        slope * by[name][parameter] for name, slope in row.items() if parameter in by.get(name, ())
-    ]
+    moving = ((slope, by[n]) for n, slope in row.items() if parameter in by.get(n, ()))
+    return [slope * each[parameter] for slope, each in moving]

@@ -122,7 +122,7 @@ DIGITS, SAMPLED = 4, 6
 
 
 def _displayed(bands: ToleranceBands, name: str) -> Band | None:
-    band, variable = bands[name], bands.sensitivities.model.variables[name]
+    band, variable = bands[name], bands.model.variables[name]
     if band is None:
         return None
     worst, rss = (abs(shown(size, variable, difference=True)) for size in (band.worst, band.rss))
@@ -145,7 +145,7 @@ BAND = "Name", "Value", "Worst case", "Root sum square", "Unit", "Contributions"
 def _band_rows(bands: ToleranceBands) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name in bands:
-        band, unit = _displayed(bands, name), bands.sensitivities.model.variables[name].shown_unit
+        band, unit = _displayed(bands, name), bands.model.variables[name].shown_unit
         if band is None:
             rows.append((name, "", "not known", "not known", unit, ""))
             continue
@@ -163,7 +163,7 @@ def _samples_text(samples: Samples, bands: ToleranceBands) -> str:
     """Statistics of the samples, with the first-order estimates of standard deviation and range."""
     rows = []
     for name in samples.outputs:
-        variable, band = bands.sensitivities.model.variables[name], _displayed(bands, name)
+        variable, band = bands.model.variables[name], _displayed(bands, name)
         rss = worst = ""
         if band is not None:
             rss = f"{band.rss * samples.spread:.{DIGITS}g}"
