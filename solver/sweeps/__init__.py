@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from functools import cached_property, reduce
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -116,15 +116,13 @@ class Plan:
 
     def _bind(self) -> None:
         """Let calls begin with the first record."""
-        records = self.records
-        if (
-            records.programs
-            and (forms := (*records.first(), records.every[records.order[0]])) != self._bound
-        ):
-            self._bound, (*first, every) = forms, forms
-            primary = reduce(
-                lambda otherwise, form: with_fallback(form, otherwise), first[::-1], self._primary
-            )
+        if not (records := self.records).programs:
+            return
+        forms = (*records.first(), records.every[records.order[0]])
+        if forms != self._bound:
+            self._bound, (*first, every), primary = forms, forms, self._primary
+            for form in reversed(first):
+                primary = with_fallback(form, primary)
             self._call(primary, with_fallback(every, self._every))
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
@@ -204,10 +202,8 @@ class Plan:
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
             return Status.INFEASIBLE, [], None
-        without = (
-            self.before in (Status.FAILED, Status.INFEASIBLE) and self._refused(numbers) is None
-        )
-        brief = self._briefly(numbers) if without else None
+        without = self.before in (Status.FAILED, Status.INFEASIBLE)
+        brief = self._briefly(numbers) if without and self._refused(numbers) is None else None
         if brief is not None and brief in (self.before, Status.INFEASIBLE):
             self.before = brief
             return brief, [], None
@@ -218,11 +214,8 @@ class Plan:
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
         if not verdict.reread and _finite(numbers):
-            ended = (
-                leaf
-                for leaf in (*found.leaves, *found.open_cases)
-                if not leaf.solved and blocked(self.model, leaf)
-            )
+            left = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved)
+            ended = (leaf for leaf in left if blocked(self.model, leaf))
             refused = (*found.contradicted, *ended, *found.outside_case)
             if solved and self.records.add(numbers, verdict.leaves, refused):
                 self.records.learned += 1
@@ -260,11 +253,10 @@ class Plan:
         if len(columns) != len(self.inputs):
             told = plural(len(self.inputs), "column")
             raise TypeError(f"this plan is prepared for {told}, not for {len(columns)}")
-        arrays = [
-            column_of(column, name) for name, column in zip(self.inputs, columns, strict=True)
-        ]
+        pairs = zip(self.inputs, columns, strict=True)
+        inputs = {name: column_of(column, name) for name, column in pairs}
+        arrays = list(inputs.values())
         one_length(self.inputs, arrays)
-        inputs = dict(zip(self.inputs, arrays, strict=True))
         # memory for all answers may be more than that for one, and too much
         first = [self.records.programs[place].endings for place in self.records.order[:1]]
         long = all(c.dtype == float and len(c) > PIECE for c in arrays)
@@ -281,27 +273,19 @@ class Plan:
 
     def sweeper(self, jit: bool) -> AnswerSweeper:
         """Solves rows by the existing records."""
-        if (
-            self._sweeper is None
-            or self._sweeper.jit is not jit
-            or self._sweeper.records is not self.records
-        ):
-            self._sweeper = AnswerSweeper(self.records, jit, self.turns)
-        return self._sweeper
+        kept = self._sweeper
+        if kept is None or kept.jit is not jit or kept.records is not self.records:
+            self._sweeper = kept = AnswerSweeper(self.records, jit, self.turns)
+        return kept
 
     def fixing(self, key: Key) -> Plan:
         """The plan of rows with these symbols among their inputs, which takes their numbers."""
-        fixed = {
-            name: symbol
-            for name, symbol in zip(self.inputs, key, strict=True)
-            if symbol is not None
-        }
+        pairs = zip(self.inputs, key, strict=True)
+        fixed = {name: symbol for name, symbol in pairs if symbol is not None}
         if fixed and key not in self._fixing:
             names = tuple(name for name in self.inputs if name not in fixed)
-            given = {**self.given, **fixed}
-            self._fixing[key] = Plan(
-                self.model, names, self.want, given, self.guesses, self.timeout
-            )
+            asked = names, self.want, {**self.given, **fixed}, self.guesses, self.timeout
+            self._fixing[key] = Plan(self.model, *asked)
         return self._fixing[key] if fixed else self
 
     def mark(self) -> Any:
@@ -351,12 +335,9 @@ class Plan:
 
     def _asked(self, numbers: tuple[Value, ...]) -> Asked:
         """The question of a row, without missing inputs."""
-        row = {
-            n: v if isinstance(v, str) else float(v)
-            for n, v in zip(self.inputs, numbers, strict=True)
-        }
-        given = {n: v for n, v in row.items() if isinstance(v, str) or math.isfinite(v)}
-        inputs = {**self.given, **given}
+        pairs = zip(self.inputs, numbers, strict=True)
+        row = {name: v if isinstance(v, str) else float(v) for name, v in pairs}
+        inputs = {**self.given, **{n: v for n, v in row.items() if _finite([v])}}
         want = with_checks(self.model, inputs, self.want)
         return Asked(self.model, inputs, want, self.guesses, self.want)
 
@@ -393,10 +374,9 @@ def prepare(
     fixed = {name: value for name, value in effective.values.items() if name not in names}
     wanted = variables_named(want, model) if want is not None else ()
     if want is None:
-        shown = [n for n, v in model.variables.items() if v.posted and not v.passed] or list(
-            model.variables
-        )
-        wanted = tuple(n for n in shown if n not in fixed and n not in names)
+        shown = [n for n, v in model.variables.items() if v.posted and not v.passed]
+        unknown = (n for n in shown or model.variables if n not in fixed)
+        wanted = tuple(name for name in unknown if name not in names)
     return Plan(model, names, wanted, fixed, effective.guesses, timeout)
 
 
@@ -409,10 +389,7 @@ def _by_symbols(columns: Sequence[Array]) -> dict[Key, Array]:
     count = len(columns[0]) if columns else 1
     if all(column.dtype != object for column in columns):
         return {(None,) * len(columns): np.arange(count)}
-    kinds = (
-        [value if isinstance(value, str) else None for value in column.tolist()]
-        for column in columns
-    )
+    kinds = ([v if isinstance(v, str) else None for v in column.tolist()] for column in columns)
     found: dict[Key, list[int]] = {}
     for row, key in enumerate(zip(*kinds, strict=True)):
         found.setdefault(key, []).append(row)
@@ -482,18 +459,16 @@ def _in_pieces(plan: Plan, inputs: dict[str, Array], jit: bool) -> Table | None:
     count = len(columns[0])
     status, counts = np.zeros(count, dtype=np.int8), list[Array]()
     values = columns_of(len(plan.want), count)
-    for start, end in pairwise(
-        (*range(0, HEAD + 1, HEAD), *range(HEAD + PIECE, count, PIECE), count)
-    ):
+    ends = (0, HEAD, *range(HEAD + PIECE, count, PIECE), count)
+    for start, end in pairwise(ends):
         rows = slice(max(start - 2, 0), end)
         here, targets = ([column[rows] for column in found] for found in (columns, values))
         before = np.array([column[: start - rows.start] for column in targets])
         counts.append(np.broadcast_to(np.int64(steady(rows.start, before, targets)), end - start))
         if not counts[-1][0]:
             status[rows], answers = sweep_answers(plan, here, jit, steady=True)
-            first = kept(
-                here, answers, turns, count, rows.start, found_again(answers, before, turns)
-            )
+            known = found_again(answers, before, turns)
+            first = kept(here, answers, turns, count, rows.start, known)
             counts[-1] = answers.counts[start - rows.start :]
             shown = answers.chosen(first, own=True) or [np.array(np.nan) for _ in values]
             if any(column.dtype == object for column in shown):

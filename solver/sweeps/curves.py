@@ -49,9 +49,8 @@ def _curve_unknowns(
             continue
         if _forks(graph, step) or not (needed | assumed).isdisjoint(names):
             needed.update(names, read & moving)
-    return tuple(n for _, names, _ in made for n in names if n in needed & moving), frozenset(
-        moving
-    )
+    spanning = tuple(n for _, names, _ in made for n in names if n in needed & moving)
+    return spanning, frozenset(moving)
 
 
 def _forks(graph: ModelGraph, step: Step) -> bool:
@@ -105,11 +104,8 @@ def is_discontinuous(
         most = max(most, left, right)
         low, a, high, b = (low, a, place, middle) if left >= right else (place, middle, high, b)
         if apart(a, b) <= max(VANISHED * most, ROUNDING * max(abs(a), abs(b))):
-            return (
-                turn is None
-                and abs(between) > largest
-                and _grows(start, end, value, GROWN * largest)
-            )
+            peak = turn is None and abs(between) > largest
+            return peak and _grows(start, end, value, GROWN * largest)
     return True
 
 
@@ -199,22 +195,19 @@ class _Found(NamedTuple):
         known = leaf.branch.values.get
         at = [known(name) for name in self.system.names[:-1]]
         # what does not change with the swept variable agrees as well
-        pairs = [(known(name), number) for name, number in self.system.fixed.items()]
-        same = all(
-            abs(one - other) <= SAME * max(abs(one), abs(other))
-            if isinstance(one, float) and isinstance(other, float)
-            else one == other
-            for one, other in pairs
-        )
-        if not same or not all(isinstance(v, float) for v in at):
+        if not all(_same(known(name), number) for name, number in self.system.fixed.items()):
             return False
-        point = np.array([*at, value], dtype=np.float64)
-        problem = self.curve.pieces[0].problem
-        return any(
-            float(np.linalg.norm(problem.apart(row.z, point))) <= SAME * (1 + len(point))
-            for row, _ in self.rows
-            if row.z[-1] == value
-        )
+        if not all(isinstance(v, float) for v in at):
+            return False
+        point, problem = np.array([*at, value]), self.curve.pieces[0].problem
+        apart = (problem.apart(row.z, point) for row, _ in self.rows if row.z[-1] == value)
+        return any(float(np.linalg.norm(off)) <= SAME * (1 + len(point)) for off in apart)
+
+
+def _same(one: Value | None, other: Value) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return abs(one - other) <= SAME * max(abs(one), abs(other))
+    return one == other
 
 
 def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
@@ -226,10 +219,8 @@ def _table(plan: Plan, name: str, found: Sequence[_Found]) -> CurveTable:
         last = len(rows) + len(run)
         branches.append(Branch(len(branches) + 1, len(rows), last, closed, start, end, limits))
         rows += run
-    columns = {
-        name: np.array([row.point.z[-1] for row in rows], dtype=np.float64),
-        **{n: column_of([row.values.get(n) for row in rows], n) for n in want},
-    }
+    columns = {name: np.array([row.point.z[-1] for row in rows], dtype=np.float64)}
+    columns |= {n: column_of([row.values.get(n) for row in rows], n) for n in want}
     labels = free_name("branch", columns), free_name("arc", columns)
     sizes = [branch.last - branch.first for branch in branches]
     columns[labels[0]] = np.repeat(np.arange(1, len(branches) + 1), sizes)
@@ -260,16 +251,12 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
     start = _end(curve.first_end, rows[0].point.z, system)
     end = _end(curve.last_end, rows[-1].point.z, system)
     if len(system.names) > 1:
-        # an end where the rules do not hold to rounding goes: a curve comes only near to where it
-        # ends
-        edges = () if curve.closed else (0, len(rows) - 1)
-        kept = [
-            r
-            for k, r in enumerate(rows)
-            if k not in edges or r.point.fold or r.status is Status.SOLVED
-        ]
-        if kept:
-            yield kept, curve.closed, start, end
+        # an end where the rules do not hold to rounding goes: a curve only comes near to it
+        for edge in () if curve.closed else (-1, 0):
+            if rows and not (rows[edge].point.fold or rows[edge].status is Status.SOLVED):
+                del rows[edge]
+        if rows:
+            yield rows, curve.closed, start, end
         return
 
     @cache
@@ -293,12 +280,8 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
             if any(is_discontinuous(*ends_at, partial(value, name), turn(name)) for name in want):
                 yield rows[first : place + 1], False, begins, BREAK
                 first, begins = place + 1, BREAK
-        yield (
-            rows[first : last + 1],
-            False,
-            begins,
-            end if last == len(rows) - 1 else End.DOMAIN.value,
-        )
+        ends = end if last == len(rows) - 1 else End.DOMAIN.value
+        yield rows[first : last + 1], False, begins, ends
 
 
 def _end(end: End, z: Vector, system: CurveSystem) -> str:

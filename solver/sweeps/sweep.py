@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, Protocol, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import interrupted, time_limit
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, refusal
 from rulesheets.inputs import variable_named, variables_named, with_unit
 from rulesheets.model import Model, Tolerance, Value, expect
 from rulesheets.units import displays, scaling
@@ -85,9 +85,8 @@ def sweep(
     if not isinstance(inputs, Mapping):
         names = getattr(inputs, "column_names", None) or getattr(inputs, "columns", None)
         if names is None:
-            raise TypeError(
-                f"inputs are a mapping or a data frame, not of the type {type(inputs).__name__}"
-            )
+            kind = type(inputs).__name__
+            raise TypeError(f"inputs are a mapping or a data frame, not of the type {kind}")
         inputs = {str(name): np.asarray(inputs[name]) for name in names}
     inputs = {name: _in_its_unit(model, name, column) for name, column in inputs.items()}
     if jobs is not None and jobs < 1:
@@ -183,15 +182,11 @@ def monte_carlo(
     named = () if outputs is None else variables_named(outputs, model)
     wanted = tuple(name for name in named or result.wanted if name in numbers)
     draw = np.random.default_rng(seed)
-    columns = []
-    for name, size in sizes.items():  # deviations in units of a tolerance
-        normal = distribution == "normal"
-        off = (
-            draw.normal(0.0, SPREADS["normal"], samples)
-            if normal
-            else draw.uniform(-1.0, 1.0, samples)
-        )
-        columns.append(float(result.inputs[name]) + size * off)
+    # deviations in units of a tolerance
+    kind = draw.normal if distribution == "normal" else draw.uniform
+    ends = (0.0, SPREADS["normal"]) if distribution == "normal" else (-1.0, 1.0)
+    pairs = ((float(result.inputs[name]), size) for name, size in sizes.items())
+    columns = [middle + size * kind(*ends, samples) for middle, size in pairs]
     given = {name: result.inputs.get(name) for name in model.variables}
     plan = prepare(model, list(sizes), wanted, given, numbers)
     return Samples(plan.sweep(*columns), sizes, wanted, distribution, seed)
@@ -274,9 +269,8 @@ def grid_chunks(rows: Grid) -> Iterator[Chunk]:
 def grid_warmup(rows: Grid, total: int | None = None) -> Chunk:
     """Some rows from all over a grid for records in advance: few enough to be cheap for ``total``
     rows, its own if that is None; none for a small grid."""
-    places = np.linspace(0, len(rows) - 1, min(LESSONS, (total or len(rows)) // 64)).astype(
-        np.int64
-    )
+    count = min(LESSONS, (total or len(rows)) // 64)
+    places = np.linspace(0, len(rows) - 1, count).astype(np.int64)
     return rows.at(places) if len(places) else ()
 
 
@@ -306,11 +300,8 @@ class Sink(Protocol):
 
 def heads(names: Iterable[str], model: Model) -> tuple[str, ...]:
     """The headings of a table: ``v``, or ``v [km/h]`` for a unit other than that of the rules."""
-    found = displays(model, names)
-    return tuple(
-        f"{name} [{model.variables[name].display_unit}]" if name in found else name
-        for name in names
-    )
+    units = {name: f" [{model.variables[name].display_unit}]" for name in displays(model, names)}
+    return tuple(name + units.get(name, "") for name in names)
 
 
 def shown_columns(table: Table, model: Model) -> Table:
@@ -329,20 +320,15 @@ def resumed(path: str, work: Work, chunks: Iterator[Chunk]) -> tuple[Table, Iter
     rows, E440, E441.
     """
     if found := next(iter(displays(work.model, work.names)), None):
-        notes = (
-            f"{found} is shown in {work.model.variables[found].display_unit}; start anew, or show "
-            "none so",
-        )
-        raise RuleSheetError(
-            error("E448", "--resume goes on in the units of the rules", notes=notes)
-        )
+        unit = work.model.variables[found].display_unit
+        note = f"{found} is shown in {unit}; start anew, or show none so"
+        raise refusal("E448", "--resume goes on in the units of the rules", None, note)
     names = (*work.names, free_name("status", work.names))
     if heading(path)[0] != names:
         raise RuleSheetError(other_sweep(path, "its columns are others"))
     read = list(pieces(path, names))
-    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or [
-        np.zeros(0)
-    ] * len(names)
+    nothing = [np.zeros(0) for _ in names]
+    *columns, words = [stacked(column) for column in zip(*read, strict=True)] or nothing
     if not set(WORDS) >= set(words.tolist()):
         raise RuleSheetError(other_sweep(path, "it has rows without a status"))
     codes = np.array([WORDS.index(word) for word in words.tolist()], dtype=np.int8)

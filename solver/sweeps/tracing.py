@@ -53,20 +53,15 @@ class CurveSystem:
         self.model, self.graph, self.names = graph.model, graph, names
         self.fixed, self.inputs = fixed, inputs
         known = {*fixed, *names}
-        self.candidates = [
-            e
-            for e in self.model.equations
-            if known.issuperset(e.names) and set(names).intersection(e.names)
-        ]
+        whole = (e for e in self.model.equations if known.issuperset(e.names))
+        self.candidates = [e for e in whole if not set(names).isdisjoint(e.names)]
         self.guarded = any(e.guard for e in self.candidates)
         directions = {e.index: found for e in self.candidates if (found := _direction(e))}
         self.jump = {index: turn for index, (_, turn) in directions.items()}
         jumps = dict(directions.values())
         turns = [jumps.get(name) or graph.turn(name) for name in names[:-1]]
-        variables = [self.model.variables[name] for name in names]
-        self.low, self.high = (
-            np.array([getattr(v, end) for v in variables]) for end in ("low", "high")
-        )
+        ranges = [(v.low, v.high) for v in map(self.model.variables.__getitem__, names)]
+        self.low, self.high = np.array(ranges).T.copy()
         self.turn = np.array([turn or np.inf for turn in turns] + [np.inf])
         self.turn[np.isfinite(self.low) | np.isfinite(self.high)] = np.inf
         self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
@@ -81,11 +76,8 @@ class CurveSystem:
 
     def active(self, z: Vector) -> list[Equation]:
         chosen = {e.index for e in self.candidates}
-        return [
-            e
-            for e in active_equations(self.model, self.values(z), self.inputs)
-            if e.index in chosen
-        ]
+        every = active_equations(self.model, self.values(z), self.inputs)
+        return [equation for equation in every if equation.index in chosen]
 
     def problem(self, at: Vector, scale: Vector) -> Problem | None:
         """The problem of the rules that are active at ``at``; None if they leave more than a
@@ -110,9 +102,7 @@ class CurveSystem:
             return np.array([math.remainder(miss, jump) for miss, jump in pairs], dtype=np.float64)
 
         def jacobian(z: Vector) -> Vector:
-            return np.array(derivatives(z.tolist()), dtype=np.float64).reshape(
-                len(equations), len(self.names)
-            )
+            return np.array(derivatives(z.tolist()), dtype=np.float64).reshape(-1, len(self.names))
 
         ranges = (self.low, self.high)
         return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
@@ -215,10 +205,10 @@ def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
         piece._replace(points=tuple(map(_turned, piece.points[::-1]))) for piece in backward[::-1]
     ]
     length = backward[-1].points[-1].arc
-    moved = (
-        piece._replace(points=tuple(p._replace(arc=p.arc + length) for p in piece.points))
-        for piece in (*pieces, *forward)
-    )
+    moved = []
+    for piece in (*pieces, *forward):
+        points = (point._replace(arc=point.arc + length) for point in piece.points)
+        moved.append(piece._replace(points=tuple(points)))
     return Curve(tuple(moved), first_end, end)
 
 

@@ -278,14 +278,12 @@ class Follower:
         alike = (np.arange(self._row, self._row + len(counts)) % self._line >= 2) | (counts == 0)
         alike[:2] = False
         alike[2:] &= (counts[2:] == counts[1:-1]) & (counts[2:] == counts[:-2])
-        for count in np.unique(
-            counts[alike & (counts > 1)]
-        ).tolist():  # a single answer has no rival
+        several = alike & (counts > 1)  # a single answer has no rival
+        for count in np.unique(counts[several]).tolist():
             same, places = np.flatnonzero(alike & (counts == count)), np.arange(count)
             for rows in np.array_split(same, 1 + len(same) // ROOM):
-                now, before, earlier = (
-                    points[:, starts[rows - back] + places[:, None]] for back in (0, 1, 2)
-                )
+                every = (starts[rows - back] + places[:, None] for back in (0, 1, 2))
+                now, before, earlier = (points[:, there] for there in every)
                 apart = distances(before + self._apart(before, earlier), now, self._turns)
                 own = apart[places, places].copy()
                 apart[places, places] = np.inf

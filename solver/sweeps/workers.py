@@ -28,7 +28,7 @@ from types import FrameType
 from typing import Any, Self
 
 from rulesheets.deadline import INTERRUPTS, interrupted
-from rulesheets.diagnosis import RuleSheetError, error
+from rulesheets.diagnosis import RuleSheetError, error, refusal
 from rulesheets.registered import in_memory
 from solver.files import require_extra
 from solver.files.tables import Chunk
@@ -262,14 +262,9 @@ def _solver(packed: bytes, expected: str) -> Solver:
 
 
 def _unusable(reason: str, *details: str) -> RuleSheetError:
-    notes = (
-        "workers are started with `dask worker ADDRESS --nthreads 1`, where Backsolve is installed",
-    )
-    return RuleSheetError(
-        error(
-            "E444", f"the cluster cannot be used: {reason}", notes=(*filter(None, details), *notes)
-        )
-    )
+    start = "workers are started with `dask worker ADDRESS --nthreads 1`"
+    notes = (*filter(None, details), f"{start}, where Backsolve is installed")
+    return refusal("E444", f"the cluster cannot be used: {reason}", None, *notes)
 
 
 WORTH = 2.0
