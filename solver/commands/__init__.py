@@ -47,41 +47,45 @@ WRONG = 2
 
 
 class Command(NamedTuple):
-    """Adds the options of a command, runs it, and tells whether it uses the cache.
+    """``options`` are lines as ``declare`` reads them, ``keeps`` tells whether it uses the cache.
 
-    Its module has it in the table ``COMMANDS``.
+    ``patient``: ``--timeout`` limits each solve, not the command. Its module has it in the table
+    ``COMMANDS``.
     """
 
-    add_arguments: Callable[[ArgumentParser], object]
+    options: str
     run: Callable[[Namespace], int]
     keeps: bool = True
+    patient: bool = False
+    epilog: str = ""
 
 
 def run(name: str, commands: Mapping[str, tuple[str, str]], words: list[str]) -> int:
     """Parse the words of a command and run it; words that argparse refuses end with exit code 2."""
     module, about = commands[name]
     command: Command = import_module(f"solver.{module}").COMMANDS[name]
-    parser = _Parser(f"backsolve {name}", description=f"{about[0].upper()}{about[1:]}.")
-    command.add_arguments(parser)
+    said = f"{about[0].upper()}{about[1:]}."
+    parser = _Parser(f"backsolve {name}", description=said, epilog=command.epilog)
+    declare(parser, command.options + "--no-cache  do not use the cache" * command.keeps)
     parser.set_defaults(commands=commands)
-    if command.keeps:
-        parser.add_argument("--no-cache", action="store_true", help="do not use the cache")
     try:
         arguments = parser.read(words)
     except SystemExit as end:
         return int(end.code or 0)
     if getattr(arguments, "no_cache", False):
         os.environ["BACKSOLVE_CACHE"] = ""
-    return answered(command.run, arguments)
+    return answered(command.run, arguments, patient=command.patient)
 
 
-def answered(command: Callable[[Namespace], int], arguments: Namespace) -> int:
-    """Run a command, within its time.
+def answered(
+    command: Callable[[Namespace], int], arguments: Namespace, patient: bool = False
+) -> int:
+    """Run a command, within its time unless it is ``patient``.
 
     Diagnoses are rendered for people on stderr, and as an object on stdout where JSON is asked for.
     """
     try:
-        limit = time_limit(getattr(arguments, "timeout", None))
+        limit = time_limit(None if patient else getattr(arguments, "timeout", None))
         with limit, setting(SCREEN, screen_of(sys.stdout)):
             return command(arguments)
     except TimeIsUp:
@@ -179,15 +183,6 @@ class Request(NamedTuple):
             expect_no_input(path, self.files)
 
 
-def add_sheet_options(parser: ArgumentParser) -> None:
-    """Add the arguments of every command that loads a sheet."""
-    add = parser.add_argument
-    add("sheet", metavar="SHEET", help="a rule sheet, the name of a shipped one, or - for stdin")
-    allowed = "run the Python files that the sheet names (use python)"
-    add("--allow-python", action="store_true", help=allowed)
-    add("--within", metavar="FOLDER", help="read only files in this folder, links resolved")
-
-
 def load_sheet(arguments: Namespace) -> Model:
     """The model of the sheet, ``-`` for standard input. Raises RuleSheetError with all mistakes."""
     allowed, within = arguments.allow_python, arguments.within
@@ -222,25 +217,60 @@ def number_of(
     return read
 
 
-seconds = number_of("seconds", float, 1e-6)
-REPEATED: dict[str, Any] = {"action": "append", "default": []}
-"""An option that can be given several times."""
+KINDS: dict[str, dict[str, Any]] = {
+    "--timeout": {"type": number_of("seconds", float, 1e-6)},
+    "--monte-carlo": {"type": number_of("samples from 2 to 10,000,000", int, 2, 10_000_000)},
+    "--jobs": {"type": number_of("processes", int, 1)},
+    "--dpi": {"type": float},
+    "--seed": {"type": int, "default": 0},
+    "--port": {"type": int, "default": 0},
+    "--host": {"default": "127.0.0.1"},
+    "--distribution": {"default": "uniform"},
+}
+"""The types and defaults of options that take something else than a text."""
+
+SHEET = """\
+sheet SHEET      a rule sheet, the name of a shipped one, or - for stdin
+--allow-python   run the Python files that the sheet names (use python)
+--within FOLDER  read only files in this folder, links resolved
+"""
+GIVEN = f"""\
+{SHEET}
+variables [VARIABLES.csv]  a variable sheet to fill in
+--set NAME=VALUE[unit]*    give an input
+--clear NAME*              clear an input to solve for it
+--timeout SECONDS          stop after this time
+--guess NAME=VALUE*        a first guess
+"""
+WANTED = "--want NAME,…*  solve for these only\n"
+UNITS = """\
+--unit NAME=UNIT*  show a variable in this unit
+--units {si,us}    show every variable in units of this system
+"""
 
 
-def add_input_options(parser: ArgumentParser, *, want: bool = True, units: bool = False) -> None:
-    """Add the arguments for inputs; ``--want`` and display units on request."""
-    add_sheet_options(parser)
-    add = parser.add_argument
-    add("variables", metavar="VARIABLES.csv", nargs="?", help="a variable sheet to fill in")
-    add("--set", metavar="NAME=VALUE[unit]", help="give an input", **REPEATED)
-    add("--clear", metavar="NAME", help="clear an input to solve for it", **REPEATED)
-    add("--timeout", metavar="SECONDS", type=seconds, help="stop after this time")
-    add("--guess", metavar="NAME=VALUE", help="a first guess", **REPEATED)
-    if want:
-        add("--want", metavar="NAME,…", help="solve for these only", **REPEATED)
-    if units:
-        add("--unit", metavar="NAME=UNIT", help="show a variable in this unit", **REPEATED)
-        add("--units", choices=("si", "us"), help="show every variable in units of this system")
+def declare(parser: ArgumentParser, options: str) -> None:
+    """Add options, a line each: what is written, two spaces, and what it does.
+
+    An argument without a dash begins with its name. ``*``: it can be given several times; in
+    brackets: it can be left out; ``|``: one of these lines at most.
+    """
+    either = parser.add_mutually_exclusive_group() if "| " in options else parser
+    for line in filter(None, options.splitlines()):
+        words, _, said = line.removeprefix("| ").partition("  ")
+        names = words.split()
+        takes = "" if names[-1].startswith("-") else names.pop()
+        how: dict[str, Any] = {"metavar": takes}
+        if not takes:
+            how = {"action": "store_true"}
+        elif takes.startswith("{"):
+            how = {"choices": takes[1:-1].split(",")}
+        elif takes.startswith("["):
+            how = {"metavar": takes[1:-1], "nargs": "?", "const": ""}
+        elif takes.endswith("*"):
+            how = {"metavar": takes[:-1], "action": "append", "default": []}
+        how |= {"help": said.strip(), **KINDS.get(names[-1], {})}
+        (either if line.startswith("| ") else parser).add_argument(*names, **how)
 
 
 def read_request(arguments: Namespace) -> Request:

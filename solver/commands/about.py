@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 from rulesheets import store
 from rulesheets.diagnosis import catalogue, refusal, suggestion
 from rulesheets.files import find_sheet, shipped_models
-from solver.commands import Command
+from solver.commands import Command, declare
 from solver.report import table
 
 
@@ -36,11 +36,6 @@ def title(path: str) -> str:
     return first.lstrip('";').strip() if first[:1] in ('"', ";") else ""
 
 
-def _codes_arguments(parser: ArgumentParser) -> None:
-    said = "such as E105 or S530; without it, all of them are listed"
-    parser.add_argument("code", nargs="?", metavar="CODE", help=said)
-
-
 def _codes(arguments: Namespace) -> int:
     """One code with its cause and its remedy, or a line for each."""
     if arguments.code is None:
@@ -53,10 +48,6 @@ def _codes(arguments: Namespace) -> int:
     entry = catalogue()[code]
     print(f"{code}: {entry.title}\n\n{entry.cause}\n{entry.fix}")
     return 0
-
-
-def _cache_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("--clear", action="store_true", help="remove every entry")
 
 
 def _cache(arguments: Namespace) -> int:
@@ -79,23 +70,12 @@ def _cache(arguments: Namespace) -> int:
     return 0
 
 
-SHELLS = ("bash", "zsh", "fish")
-
-
-def _completion_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("shell", choices=SHELLS, help="the shell to complete in")
-    parser.epilog = (
-        'bash: eval "$(backsolve completion bash)" in ~/.bashrc; zsh: the same, after compinit; '
-        "fish: backsolve completion fish > ~/.config/fish/completions/backsolve.fish"
-    )
-
-
 def _completion(arguments: Namespace) -> int:
     """Print the script of a shell: every command with its options and words."""
     commands = {}
     for name, (module, about) in sorted(arguments.commands.items()):
         parser = ArgumentParser(add_help=False)
-        import_module(f"solver.{module}").COMMANDS[name].add_arguments(parser)
+        declare(parser, import_module(f"solver.{module}").COMMANDS[name].options)
         options = [one for one in parser._actions if one.option_strings]
         plain = [one for one in parser._actions if not one.option_strings]
         words = [str(choice) for one in plain for choice in one.choices or ()]
@@ -160,10 +140,6 @@ def tutor() -> dict[str, Any]:
     return tomllib.loads(Path(__file__).with_name("tutor.toml").read_text(encoding="utf-8"))
 
 
-def _tutor_arguments(parser: ArgumentParser) -> None:
-    parser.epilog = "It writes only to a temporary folder."
-
-
 def _tutor(arguments: Namespace) -> int:
     """Run the lessons; the reader types each command, or presses Enter to run it."""
     print("Five minutes with Backsolve. Type the command or press Enter to run it; q ends.\n")
@@ -214,10 +190,18 @@ def _run(line: str, folder: str) -> None:
     print()
 
 
+CODE = "code [CODE]  such as E105 or S530; without it, all of them are listed\n"
+CACHE = "--clear  remove every entry\n"
+SHELL = "shell {bash,zsh,fish}  the shell to complete in\n"
+SETUP = (
+    'bash: eval "$(backsolve completion bash)" in ~/.bashrc; zsh: the same, after compinit; '
+    "fish: backsolve completion fish > ~/.config/fish/completions/backsolve.fish"
+)
+
 COMMANDS = {
-    "models": Command(lambda parser: None, _models, keeps=False),
-    "codes": Command(_codes_arguments, _codes, keeps=False),
-    "cache": Command(_cache_arguments, _cache, keeps=False),
-    "completion": Command(_completion_arguments, _completion, keeps=False),
-    "tutor": Command(_tutor_arguments, _tutor, keeps=False),
+    "models": Command("", _models, keeps=False),
+    "codes": Command(CODE, _codes, keeps=False),
+    "cache": Command(CACHE, _cache, keeps=False),
+    "completion": Command(SHELL, _completion, keeps=False, epilog=SETUP),
+    "tutor": Command("", _tutor, keeps=False, epilog="It writes only to a temporary folder."),
 }

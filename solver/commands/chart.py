@@ -6,7 +6,7 @@ The reference states satisfy the active rules to 50 digits.
 from __future__ import annotations
 
 import math
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
@@ -21,7 +21,7 @@ from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context, in_many_digits
 from rulesheets.model import Model, Value
 from rulesheets.syntax import escaped
-from solver.commands import Command, Option, Request, add_input_options, read_request
+from solver.commands import GIVEN, WANTED, Command, Option, Request, read_request
 from solver.commands.over import read_approach, read_axes
 from solver.derivatives.linearization import DIGITS, linearize, sharpened
 from solver.facts import Status, Unsolved
@@ -246,14 +246,12 @@ def _picture(
     return encode(chart_picture(marks, model.name, label, bool(distances)), form, 130.0)
 
 
-def _arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser)
-    along = parser.add_mutually_exclusive_group().add_argument
-    along("--over", metavar="NAME=START:STOP:STEP", help="measure over values of an input")
-    towards = "measure towards a limit of an input, such as NAME=3:1e-1..1e-15"
-    along("--approach", metavar="NAME=X:A..B", help=towards)
-    written = "write the chart: .png, .svg or .csv"
-    parser.add_argument("-o", "--output", metavar="FILE", help=written)
+CHART = f"""\
+{GIVEN}{WANTED}
+| --over NAME=START:STOP:STEP  measure over values of an input
+| --approach NAME=X:A..B       measure towards a limit of an input, such as NAME=3:1e-1..1e-15
+-o --output FILE               write the chart: .png, .svg or .csv
+"""
 
 
 def _run(arguments: Namespace) -> int:
@@ -289,4 +287,4 @@ def _run(arguments: Namespace) -> int:
     return 0
 
 
-COMMANDS = {"chart": Command(_arguments, _run)}
+COMMANDS = {"chart": Command(CHART, _run)}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain, product
@@ -17,7 +17,7 @@ from rulesheets.model import Model, Value, expect
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
-from solver.commands import REPEATED, Command, Request, add_input_options, read_request
+from solver.commands import GIVEN, Command, Request, read_request
 from solver.commands.over import read_states
 from solver.facts import Status, Unsolved
 from solver.files import write_file
@@ -107,16 +107,14 @@ _NAMED = 3
 """States without an answer that are named, beyond which they are counted."""
 
 
-def _arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser, want=False)
-    add = parser.add_argument
-    over = "NAME=A,B,… or NAME=START:STOP:STEP"
-    add("--over", metavar=over, help="a column for each value, or a film", **REPEATED)
-    add("--all", action="store_true", help="draw every answer, side by side")
-    add("--figure", metavar="NAME,…", help="draw only these figures", **REPEATED)
-    add("--dpi", type=float, help=f"dots per inch; {_SHARP:g} for pictures, {_FILM:g} for films")
-    written = "the output file: .png, .svg, .pdf, or .gif for a film"
-    add("-o", "--output", metavar="FILE", help=written)
+DRAW = f"""\
+{GIVEN}
+--over NAME=A,B,…*  a column for each value; NAME=START:STOP:STEP makes a film
+--all               draw every answer, side by side
+--figure NAME,…*    draw only these figures
+--dpi N             dots per inch; {_SHARP:g} for pictures, {_FILM:g} for films
+-o --output FILE    the output file: .png, .svg, .pdf, or .gif for a film
+"""
 
 
 def _run(arguments: Namespace) -> int:
@@ -249,4 +247,4 @@ class _Renderer:
         return ", ".join(told)
 
 
-COMMANDS = {"draw": Command(_arguments, _run)}
+COMMANDS = {"draw": Command(DRAW, _run)}

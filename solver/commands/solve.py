@@ -6,7 +6,7 @@ import json
 import os
 import sys
 import time
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Iterable
 from contextlib import suppress
 from contextvars import Context
@@ -19,14 +19,15 @@ from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import (
+    GIVEN,
+    SHEET,
+    UNITS,
+    WANTED,
     Command,
     Option,
     Request,
-    add_input_options,
-    add_sheet_options,
     answered,
     load_sheet,
-    number_of,
     read_request,
 )
 from solver.path.planner import planner
@@ -41,29 +42,39 @@ from solver.report.sheet import (
 )
 from solver.solution.solving import Result, posted, solve
 
-
-def _solve_arguments(parser: ArgumentParser) -> None:
-    samples = number_of("samples from 2 to 10,000,000", int, 2, 10_000_000)
-    add_input_options(parser, units=True)
-    add, flag = parser.add_argument, "store_true"
-    add("--all", action=flag, help="show every answer, side by side")
-    add("--explain", action=flag, help="show locals, path, and rules used")
-    add("--digits", action=flag, help="print only the digits that are correct")
-    add("--prove", action=flag, help="prove every answer, and that there are no others")
-    add("--limits", action=flag, help="replace rules that are 0/0 by their limits")
-    slopes = "derivatives of outputs by inputs, for the names given or for all"
-    add("--sensitivity", metavar="NAME,…", nargs="?", const="", help=slopes)
-    add("--tolerances", action=flag, help="tolerances of the outputs (default if inputs have some)")
-    compared = "compare the tolerances with N random samples"
-    add("--monte-carlo", metavar="N", type=samples, help=compared)
-    add("--seed", metavar="K", type=int, default=0, help="the seed of the samples (0)")
-    how = "uniform within the tolerances, or normal with tolerances of 3 sigma"
-    add("--distribution", choices=("uniform", "normal"), default="uniform", help=how)
-    form = parser.add_mutually_exclusive_group().add_argument
-    form("--json", action=flag, help="print one JSON object")
-    form("--csv", action=flag, help="print the variable sheet as CSV")
-    add("-o", "--output", metavar="FILE.csv", help="also write the variable sheet to a file")
-
+SOLVE = f"""\
+{GIVEN}{WANTED}{UNITS}
+--all                    show every answer, side by side
+--explain                show locals, path, and rules used
+--digits                 print only the digits that are correct
+--prove                  prove every answer, and that there are no others
+--limits                 replace rules that are 0/0 by their limits
+--sensitivity [NAME,…]   derivatives of outputs by inputs, for the names given or for all
+--tolerances             tolerances of the outputs (default if inputs have some)
+--monte-carlo N          compare the tolerances with N random samples
+--seed K                 the seed of the samples (0)
+--distribution {{uniform,normal}}  uniform within the tolerances, or normal with 3 sigma in them
+| --json                 print one JSON object
+| --csv                  print the variable sheet as CSV
+-o --output FILE.csv     also write the variable sheet to a file
+"""
+CHECK = f"""\
+{SHEET}
+--equations  list the equations with calls expanded
+--latex      list the equations as LaTeX
+--json       print the messages as a JSON object
+"""
+FORMAT = """\
+sheet SHEET      a rule sheet, or the name of a shipped one
+| -i --in-place  write the file instead of printing it
+| --check        only report whether the file is in canonical form
+"""
+WHY = f"""\
+{GIVEN}{UNITS}
+name NAME     the variable to explain; a local by its full name
+| --markdown  print Markdown
+| --latex     print LaTeX
+"""
 
 _CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
 
@@ -182,14 +193,6 @@ def _saved(files: Iterable[str]) -> dict[str, float]:
     return found
 
 
-def _check_arguments(parser: ArgumentParser) -> None:
-    add_sheet_options(parser)
-    add, flag = parser.add_argument, "store_true"
-    add("--equations", action=flag, help="list the equations with calls expanded")
-    add("--latex", action=flag, help="list the equations as LaTeX")
-    add("--json", action=flag, help="print the messages as a JSON object")
-
-
 def _check(arguments: Namespace) -> int:
     """Load the sheet, which raises for all mistakes; then print a summary."""
     from rulesheets.units.check import check_units, inferred  # a solve starts without them
@@ -222,13 +225,6 @@ def summary(model: Model, warnings: int = 0) -> str:
     more = [plural(count, noun) for noun, count in counts.items() if count or noun == "rule"]
     wrong = plural(warnings, "warning") if warnings else "nothing wrong"
     return f"{model.name}: {', '.join([plural(own, 'variable'), *more])}; {wrong}"
-
-
-def _format_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("sheet", metavar="SHEET", help="a rule sheet, or the name of a shipped one")
-    how, flag = parser.add_mutually_exclusive_group().add_argument, "store_true"
-    how("-i", "--in-place", action=flag, help="write the file instead of printing it")
-    how("--check", action=flag, help="only report whether the file is in canonical form")
 
 
 def _format(arguments: Namespace) -> int:
@@ -266,15 +262,6 @@ def _path(arguments: Namespace) -> int:
     return 0 if reaches(ahead, wanted) else 1
 
 
-def _why_arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser, want=False, units=True)
-    named = "the variable to explain; a local by its full name"
-    parser.add_argument("name", metavar="NAME", help=named)
-    form = parser.add_mutually_exclusive_group().add_argument
-    form("--markdown", action="store_true", help="print Markdown")
-    form("--latex", action="store_true", help="print LaTeX")
-
-
 def _why(arguments: Namespace) -> int:
     """Solve, trace, print; the exit code is 0 if the variable has a value."""
     from solver.report import derivation as told  # a plain solve does without
@@ -292,10 +279,10 @@ def _why(arguments: Namespace) -> int:
 
 
 COMMANDS = {
-    "solve": Command(_solve_arguments, _solve),
-    "watch": Command(_solve_arguments, _watch),
-    "check": Command(_check_arguments, _check),
-    "format": Command(_format_arguments, _format, keeps=False),
-    "path": Command(add_input_options, _path),
-    "why": Command(_why_arguments, _why),
+    "solve": Command(SOLVE, _solve),
+    "watch": Command(SOLVE, _watch),
+    "check": Command(CHECK, _check),
+    "format": Command(FORMAT, _format, keeps=False),
+    "path": Command(GIVEN + WANTED, _path),
+    "why": Command(WHY, _why),
 }

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from datetime import timedelta
 from itertools import chain
@@ -22,12 +22,12 @@ from rulesheets.model import Value, Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
 from solver.commands import (
-    REPEATED,
+    GIVEN,
+    UNITS,
+    WANTED,
     Command,
     Option,
     Request,
-    add_input_options,
-    number_of,
     read_request,
     tell_of_units,
 )
@@ -174,24 +174,21 @@ def _printed(names: Sequence[str], clear: Callable[[], None] = lambda: None) -> 
 INTERRUPTED = 130
 
 
-def _arguments(parser: ArgumentParser) -> None:
-    processes = number_of("processes", int, 1)
-    add_input_options(parser, units=True)
-    add, flag = parser.add_argument, "store_true"
-    over = "values of an input, or NAME=A,B,…; several ranges make every combination"
-    add("--over", metavar="NAME=START:STOP:STEP", help=over, **REPEATED)
-    add("--zip", action=flag, help="combine several ranges value by value instead")
-    add("--rows", metavar="FILE", help="take inputs from the columns of a CSV or Parquet file")
-    add("--columns", metavar="NAME,…", help="take only these columns", **REPEATED)
-    add("--all", action=flag, help="give every answer a row of its own")
-    add("--follow", action=flag, help="follow every branch of answers through its turning points")
-    written = "write the table instead of printing it"
-    add("-o", "--output", metavar="FILE.csv|.parquet", help=written)
-    add("--resume", action=flag, help="continue with the rows that the file of -o lacks")
-    add("--plot", metavar="FILE.png|.svg|.pdf", help="draw the wanted variables over the swept one")
-    add("--jobs", metavar="N", type=processes, help="number of processes (automatic by default)")
-    add("--jit", action=flag, help="compile to machine code; pays off from about 100,000 rows")
-    add("--scheduler", metavar="ADDRESS", help="solve on a dask cluster")
+SWEEP = f"""\
+{GIVEN}{WANTED}{UNITS}
+--over NAME=START:STOP:STEP*   values of an input, or NAME=A,B,…; several make every combination
+--zip                          combine several ranges value by value instead
+--rows FILE                    take inputs from the columns of a CSV or Parquet file
+--columns NAME,…*              take only these columns
+--all                          give every answer a row of its own
+--follow                       follow every branch of answers through its turning points
+-o --output FILE.csv|.parquet  write the table instead of printing it
+--resume                       continue with the rows that the file of -o lacks
+--plot FILE.png|.svg|.pdf      draw the wanted variables over the swept one
+--jobs N                       number of processes (automatic by default)
+--jit                          compile to machine code; pays off from about 100,000 rows
+--scheduler ADDRESS            solve on a dask cluster
+"""
 
 
 def _run(arguments: Namespace) -> int:
@@ -327,4 +324,4 @@ def _told(swept: Variable, branch: Branch) -> str:
     return f"rows {branch.first + 1} to {branch.last}{back}; {end}"
 
 
-COMMANDS = {"sweep": Command(_arguments, _run)}
+COMMANDS = {"sweep": Command(SWEEP, _run)}

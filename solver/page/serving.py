@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
-from argparse import ArgumentParser, Namespace
+from argparse import Namespace
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,14 +13,7 @@ from rulesheets.files import find_sheet, read_source, shipped_models
 from rulesheets.inputs import override
 from rulesheets.model import Model, Value, expect
 from rulesheets.syntax import escaped
-from solver.commands import (
-    REPEATED,
-    Command,
-    add_input_options,
-    read_request,
-    seconds,
-    tell_of_units,
-)
+from solver.commands import GIVEN, WANTED, Command, read_request, tell_of_units
 from solver.commands.over import read_axes
 from solver.files import require_extra, write_file
 
@@ -60,20 +53,25 @@ def interact(
     return Cell(model, sliders, given, first, timeout)
 
 
-def _add_patience(parser: ArgumentParser) -> None:
-    """The limit of one solve. (As ``timeout`` it would be that of the whole command.)"""
-    add, said = parser.add_argument, "seconds that a solve may take; 10"
-    add("--timeout", metavar="S", dest="patience", type=seconds, default=10.0, help=said)
+PATIENCE = 10.0
+"""Seconds that a solve may take by default."""
 
-
-def _open_arguments(parser: ArgumentParser) -> None:
-    add = parser.add_argument
-    add("sheet", metavar="SHEET", nargs="?", help="a rule sheet, or the name of a shipped one")
-    add("--port", type=int, default=0, help="the port to serve on; any free one by default")
-    served = "the address to serve on; this machine alone by default"
-    add("--host", default="127.0.0.1", help=served)
-    _add_patience(parser)
-    add("--no-browser", action="store_true", help="print the address, and open no browser")
+OPEN = """\
+sheet [SHEET]      a rule sheet, or the name of a shipped one
+--port N           the port to serve on; any free one by default
+--host ADDRESS     the address to serve on; this machine alone by default
+--timeout SECONDS  seconds that a solve may take; 10
+--no-browser       print the address, and open no browser
+"""
+EXPORT = f"""\
+{GIVEN}{WANTED}
+--over NAME=START:STOP:STEP*  a slider for an input, or NAME=A,B,…; up to three
+-o --output FILE.html         the file to write; NAME.html by default
+"""
+LSP = """\
+--stdio            always in effect; editors pass it
+--timeout SECONDS  seconds that a solve may take; 10
+"""
 
 
 def _open(arguments: Namespace) -> int:
@@ -91,18 +89,9 @@ def _open(arguments: Namespace) -> int:
             print(f"{escaped(sheet)} is a new sheet: Save on the page writes it", flush=True)
         elif not file.is_file():
             read_source(str(file))
-    browse = not arguments.no_browser
-    patience = arguments.patience
-    serve(folder, first, host=arguments.host, port=arguments.port, timeout=patience, browse=browse)
+    at = {"host": arguments.host, "port": arguments.port, "browse": not arguments.no_browser}
+    serve(folder, first, timeout=arguments.timeout or PATIENCE, **at)
     return 0
-
-
-def _export_arguments(parser: ArgumentParser) -> None:
-    add_input_options(parser)
-    add = parser.add_argument
-    over = "a slider for an input, or NAME=A,B,…; up to three"
-    add("--over", metavar="NAME=START:STOP:STEP", help=over, **REPEATED)
-    add("-o", "--output", metavar="FILE.html", help="the file to write; NAME.html by default")
 
 
 def _export(arguments: Namespace) -> int:
@@ -121,23 +110,18 @@ def _export(arguments: Namespace) -> int:
     return 0 if solved else 1
 
 
-def _lsp_arguments(parser: ArgumentParser) -> None:
-    parser.add_argument("--stdio", action="store_true", help="always in effect; editors pass it")
-    _add_patience(parser)
-
-
 def _lsp(arguments: Namespace) -> int:
     """Serve until the editor ends it."""
     require_extra("lsp", "the language server needs", "pygls")
     from solver.editor.server import server
 
     with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as out:  # the server closes what it writes to
-        server(arguments.patience).start_io(stdout=out)
+        server(arguments.timeout or PATIENCE).start_io(stdout=out)
     return 0
 
 
 COMMANDS = {
-    "open": Command(_open_arguments, _open),
-    "export": Command(_export_arguments, _export),
-    "lsp": Command(_lsp_arguments, _lsp, keeps=False),
+    "open": Command(OPEN, _open, patient=True),
+    "export": Command(EXPORT, _export),
+    "lsp": Command(LSP, _lsp, keeps=False, patient=True),
 }
