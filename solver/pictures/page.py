@@ -38,8 +38,9 @@ from solver.pictures import (
     window,
 )
 
-GAP, HEAD, FOOT, TITLE, EDGE, ROW = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5
-"""Millimetres between panels, above and below one, above a column, around the page, a row."""
+GAP, HEAD, FOOT, TITLE, EDGE, ROW, KIND = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5, 26.0
+"""Millimetres between panels, above and below one, above a column, around the page; of a row and a
+column of the legend."""
 
 MARGIN = 9.0
 """Millimetres around the points for symbols and labels."""
@@ -79,13 +80,13 @@ class Room(NamedTuple):
 class Layout(NamedTuple):
     """A page of rooms by cell, in millimetres from its lower left corner.
 
-    ``middles`` are those of the views, ``legend`` has rows of kinds of arrows.
+    ``middles`` are those of the views, ``legend`` has the kinds of arrows to be explained.
     """
 
     size: Place
     rooms: Mapping[Cell, Room]
     middles: tuple[float, ...]
-    legend: tuple[tuple[str, ...], ...]
+    legend: tuple[str, ...]
 
 
 def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> Layout:
@@ -115,9 +116,9 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
         for sizes in (widths, heights)
     )
     across = lefts[-1] - GAP + EDGE
-    legend = _legend(views, across - 2 * EDGE)
+    legend = _kinds(views)
     above = TITLE * (any(view.title for view in views) + headed)
-    up = tops[-1] - GAP + EDGE + above + ROW * len(legend)
+    up = tops[-1] - GAP + EDGE + above + ROW * -(-len(legend) // _beside(across))
     rooms = {}
     for (row, column), (y, x) in cells.items():
         units, *size = extents[row]
@@ -156,18 +157,12 @@ def _travel(seen: Sequence[Diagram]) -> dict[int, tuple[Place, Place]]:
     return found
 
 
-def _legend(views: Sequence[View], width: float) -> tuple[tuple[str, ...], ...]:
-    """The kinds of arrows in the views, if there are several, in rows of that width."""
+def _kinds(views: Sequence[View]) -> tuple[str, ...]:
+    """The kinds of arrows in the views, if there are several."""
     diagrams = (diagram for view in views for diagram in view.diagrams if diagram)
     drawn = {stroke.kind for diagram in diagrams for stroke in diagram.strokes}
-    kinds = [kind for kind in ARROWS if kind in drawn]
-    rows: list[tuple[str, ...]] = []
-    for kind in kinds if len(kinds) > 1 else ():
-        if rows and sum(map(legend_width, (*rows[-1], kind))) <= width:
-            rows[-1] = (*rows[-1], kind)
-        else:
-            rows.append((kind,))
-    return tuple(rows)
+    kinds = tuple(kind for kind in ARROWS if kind in drawn)
+    return kinds if len(kinds) > 1 else ()
 
 
 INK, SHADE, PAPER = "#222222", "#e4e4e4", "#ffffff"
@@ -188,11 +183,6 @@ _SAME = 0.7
 
 _LEAST, _SHORT = 1.8, 6.0
 """Millimetres of a stroke with a label at least, and of one labelled anywhere around."""
-
-
-def legend_width(kind: str) -> float:
-    """Width of a kind of arrow in the legend."""
-    return 10.0 + text_width(STYLES[kind][0], LEGEND)
 
 
 class Pen:
@@ -411,13 +401,6 @@ class _Sheet:
         look = {"ha": "center", "va": "center", "color": INK, "parse_math": False, **more}
         self.figure.text(x / self.width, y / self.height, text, fontsize=points, **look)
 
-    def line(
-        self, places: Sequence[Place], width: float, color: str = INK, dashes: Any = "solid"
-    ) -> None:
-        xs, ys = [x / self.width for x, _ in places], [y / self.height for _, y in places]
-        line = Line2D(xs, ys, lw=width, color=color, ls=dashes, transform=self.figure.transFigure)
-        self.figure.add_artist(line)
-
     def panel(self, diagram: Diagram, row: int, room: Room) -> Axes:
         """The axes of a diagram in the middle of its room, between its caption and its scale."""
         wide, high = room.window.width / room.scale, room.window.height / room.scale
@@ -433,23 +416,28 @@ class _Sheet:
         # the scale bar with its length, and the scale in words
         length, unit = bar(room.scale), diagram.unit.replace("^2", "²").replace("^3", "³")
         half, y = length / room.scale / 2, foot - 2.0
-        self.line([(middle - half, y), (middle + half, y)], 1.2)
-        for end in (middle - half, middle + half):
-            self.line([(end, y - 0.8), (end, y + 0.8)], 1.2)
+        xs, ys = [(middle - half) / self.width, (middle + half) / self.width], [y / self.height] * 2
+        look: dict[str, Any] = {"lw": 1.2, "marker": "|", "ms": 4.5, "mew": 1.2, "color": INK}
+        self.figure.add_artist(Line2D(xs, ys, transform=self.figure.transFigure, **look))
         along, scale = (f"{readable(number)} {unit}".rstrip() for number in (length, room.scale))
         self.text(middle, y - 2.6, f"{along}   (1 mm : {scale})", LEGEND)
         return axes
 
     def legend(self) -> None:
         """The kinds of arrows side by side, at the foot of the page."""
-        for number, row in enumerate(reversed(self.plan.legend)):
-            y = EDGE + ROW * (number + 0.5)
-            x = (self.width - sum(map(legend_width, row))) / 2
-            for kind in row:
-                name, *style = STYLES[kind]
-                self.line([(x, y), (x + 6.0, y)], 1.5, *style)
-                self.text(x + 7.0, y, name, LEGEND, ha="left")
-                x += legend_width(kind)
+        kinds = (STYLES[kind] for kind in self.plan.legend)
+        lines = [Line2D([], [], lw=1.5, color=c, ls=s, label=name) for name, c, s in kinds]
+        if lines:
+            place = (0.5, EDGE / self.height)
+            look: dict[str, Any] = {"loc": "lower center", "bbox_to_anchor": place}
+            look |= {"fontsize": LEGEND, "labelcolor": INK, "handlelength": 2.5}
+            look |= {"frameon": False, "borderpad": 0.0, "borderaxespad": 0.0}
+            self.figure.legend(handles=lines, ncols=_beside(self.width), **look)
+
+
+def _beside(width: float) -> int:
+    """How many kinds of arrows stand beside each other on a page of this width."""
+    return max(1, int((width - 2 * EDGE) / KIND))
 
 
 MILLISECONDS = 60
