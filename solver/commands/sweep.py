@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import sys
 from argparse import Namespace
@@ -34,7 +33,7 @@ from solver.commands import (
 from solver.commands.over import Swept, read_axes, read_swept
 from solver.facts import Status
 from solver.files import Printed, write_file
-from solver.files.tables import Chunk, CsvFile, Table, csv_head, csv_rows, joined, table_file
+from solver.files.tables import Chunk, CsvFile, Table, free_name, joined, table_file
 from solver.path.planner import planner
 from solver.pictures import PICTURES, picture_kind
 from solver.report import table
@@ -141,28 +140,16 @@ class Screenful:
     """Lines of a table on a terminal, with the digits of a solve."""
 
     def __init__(self, file: Printed, names: Sequence[str]) -> None:
-        self._file, self._head = file, _cells(csv_head(names))[0]
+        self._file, self._head = file, (*names, free_name("status", names))
         self.close, self.discard = file.keep, file.discard
         self._least: list[int] = []
 
     def add(self, piece: Table) -> None:
-        rows = _cells(csv_rows(piece))
+        rows = list(piece.lines())
         columns = zip(*filter(None, (self._head, *rows)), strict=True)
         self._least = self._least or [max(map(len, column)) for column in columns]
         self._file.write(f"{table(self._head, rows, self._least, soft=())}\n".encode())
-        self._head = []
-
-
-def _cells(lines: bytes) -> list[list[str]]:
-    """The cells of lines of CSV, numbers with the digits of a solve."""
-    return [[*map(_in_ten_digits, row)] for row in csv.reader(lines.decode().splitlines())]
-
-
-def _in_ten_digits(cell: str) -> str:
-    try:
-        return readable(float(cell))
-    except ValueError:
-        return cell
+        self._head = ()
 
 
 def _printed(names: Sequence[str], clear: Callable[[], None] = lambda: None) -> Sink:

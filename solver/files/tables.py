@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence, Sized
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence, Sized
 from importlib import import_module
 from itertools import islice
 from typing import Any, NamedTuple, TypeAlias
@@ -14,7 +14,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, refusal
 from rulesheets.files import writing
-from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, symbol_name
+from rulesheets.inputs import (
+    decimal_point,
+    delimiter,
+    exact,
+    parse_value,
+    readable,
+    symbol_name,
+)
+from rulesheets.model import Value
 from solver.facts import Status, UnknownName
 from solver.files import (
     Printed,
@@ -79,6 +87,11 @@ class Table(dict[str, NDArray[Any]], Shown):
     def words(self) -> list[str]:
         """The status of each row, as a word."""
         return [WORDS[code] for code in self.status]
+
+    def lines(self, tell: Callable[[Value | None], str] = readable) -> Iterator[tuple[str, ...]]:
+        """The cells of each row, blank without a value, and its status."""
+        columns = ([None if v != v else v for v in column.tolist()] for column in self.values())
+        return zip(*(map(tell, column) for column in columns), self.words(), strict=True)
 
     def __repr__(self) -> str:
         names = ", ".join(self)
@@ -166,9 +179,7 @@ def csv_rows(table: Table) -> bytes:
         arrow = import_module("pyarrow")
         writer = import_module("pyarrow.csv")
     except ImportError:
-        cells = [map(exact, column.tolist()) for column in table.values()]
-        words = [f"{WORDS[code]}\n" for code in table.status.tolist()]
-        return "".join(map(",".join, zip(*cells, words, strict=True))).encode("utf-8")
+        return "".join(f"{','.join(cells)}\n" for cells in table.lines(exact)).encode("utf-8")
     columns = []
     for column in table.values():
         told = list(map(exact, column.tolist())) if column.dtype == object else column + 0

@@ -12,7 +12,6 @@ import os
 import signal
 import sys
 import threading
-import traceback
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from functools import lru_cache
@@ -79,6 +78,12 @@ class Bench:
             return reply
         except RuleSheetError as wrong:
             return {"wrong": [complaint(diagnosis) for diagnosis in wrong.diagnoses]}
+        except MemoryError:
+            return {"failed": "this sheet needs more memory than a page may take"}
+        except RecursionError:
+            return {"failed": "this sheet is nested too deeply"}
+        except (ValueError, TypeError, LookupError) as wrong:
+            return {"failed": str(wrong)}
 
     # --- the sheet ---
 
@@ -279,15 +284,7 @@ def main() -> None:
     while True:
         replies.write(json.dumps(reply, allow_nan=False, separators=(",", ":")) + "\n")
         replies.flush()
-        try:
-            reply = bench.answer(json.loads(waiting.get()))
-        except MemoryError:
-            reply = {"failed": "this sheet needs more memory than a page may take"}
-        except RecursionError:
-            reply = {"failed": "this sheet is nested too deeply"}
-        except (ValueError, TypeError, KeyError, LookupError) as wrong:
-            traceback.print_exc()
-            reply = {"failed": str(wrong)}
+        reply = bench.answer(json.loads(waiting.get()))
 
 
 if __name__ == "__main__":

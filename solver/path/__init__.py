@@ -27,9 +27,9 @@ class Shown:
         report: Any = import_module("solver.report.html")
         return str(report.html(self))
 
-    def _repr_latex_(self) -> str:
+    def _repr_latex_(self) -> str | None:
         report: Any = import_module("solver.report.html")
-        return str(report.latex(self))
+        return report.latex(self) or None
 
 
 class Evaluate(NamedTuple):

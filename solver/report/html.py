@@ -17,7 +17,6 @@ from solver.files.tables import Samples, Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
 from solver.report.derivation import (
-    ESCAPED,
     Derivation,
     Line,
     Page,
@@ -220,20 +219,15 @@ def text(shown: Any) -> str:
 
 
 def latex(shown: Any) -> str:
-    """The same as LaTeX: equations of a result and of a derivation, else an array."""
-    if isinstance(shown, Derivation):
-        return "" if shown.value is None else why_latex(shown)
-    if isinstance(shown, Result):  # the outputs of the primary answer, a row each
-        known = shown.solutions[0] if shown.solutions else shown.partial
-        outputs = (name for name in shown.wanted if name in known and name not in shown.inputs)
-        return aligned(Derivation(shown.model, "", known), map(Line, outputs))
-    grid = grid_of(shown)
-    rows = [grid.heads, *grid.rows]
-    lines = [" & ".join(rf"\text{{{cell.translate(ESCAPED)}}}" for cell in row) for row in rows]
-    if lines[1:]:
-        lines[:2] = [lines[0] + r" \\ \hline " + lines[1]]
-    body = " \\\\\n".join(lines)
-    return f"\\begin{{array}}{{{'r' * len(grid.heads)}}}\n{body}\n\\end{{array}}"
+    """LaTeX of a derivation, or of the outputs of a result; of other things none."""
+    match shown:
+        case Derivation(value=value):
+            return "" if value is None else why_latex(shown)
+        case Result():  # the outputs of the primary answer, a row each
+            known = shown.solutions[0] if shown.solutions else shown.partial
+            outputs = (name for name in shown.wanted if name in known and name not in shown.inputs)
+            return aligned(Derivation(shown.model, "", known), map(Line, outputs))
+    return ""
 
 
 @singledispatch
@@ -264,9 +258,7 @@ def _result_grid(result: Result) -> Grid:
 @grid_of.register
 def _table_grid(table: Table) -> Grid:
     """The first rows of a table, and how many more there are."""
-    shown = [column[:ROWS].tolist() for column in table.values()]
-    words = table.words()[:ROWS]
-    rows = ((*map(readable, row), said) for *row, said in zip(*shown, words, strict=True))
+    rows = table.rows(0, ROWS).lines()
     return Grid((*table, "status"), rows, range(len(table)), after=more(len(table.status)))
 
 

@@ -117,17 +117,6 @@ class Places:
         return f"if {rule_text(condition) if condition else '…'} then {arm}"
 
 
-def path_text(result: Result) -> str:
-    """A table of the steps, the number of branches, and wanted variables not reached.
-
-    Only a block leaves the number of answers of the path open.
-    """
-    path = result.path
-    blocks = any(isinstance(step, SolveBlock) for step in path.steps)
-    lines = [path_table(result.model, path), _at_most(None if blocks else path.branches)]
-    return "\n".join((*lines, *_not_reached(path, result.wanted)))
-
-
 def path_table(model: Model, path: Path, first: int = 1) -> str:
     """A line for each step: number, unknowns, number of branches, the rule and its place."""
     places, rows = Places(model), []

@@ -420,12 +420,13 @@ def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, .
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
-    from solver.report.path import path_text
+    from solver.path.planner import PathTree
+    from solver.report.path import tree_text
 
     rows = sheet_rows(result, every=every, digits=digits, others=True)
     if rows:
         yield "Locals\n" + sheet_table(rows)
-    yield "Path\n" + path_text(result)
+    yield "Path\n" + tree_text(result.model, PathTree(result.path), result.wanted)
     yield attempts_text(result)
     yield conditions_text(result)
     yield from (render(gap) for gap in result.gaps if gap not in result.diagnoses)

@@ -307,13 +307,4 @@ class CurveTable(Table):
     ) -> None:
         super().__init__(columns, status, files)
         self.swept, self.branches = swept, branches
-        self._labels = labels
-
-    @property
-    def branch(self) -> NDArray[np.int64]:
-        """The number of the branch of every row."""
-        return self[self._labels[0]]
-
-    @property
-    def arc(self) -> NDArray[np.float64]:
-        return self[self._labels[1]]
+        self.branch, self.arc = (self[label] for label in labels)
