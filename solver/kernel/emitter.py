@@ -3,7 +3,6 @@ parts computed once."""
 
 from __future__ import annotations
 
-import marshal
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -166,15 +165,7 @@ def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
         if token.startswith(CALLED):
             name = token.removeprefix(CALLED)
             known[token] = own.get(name) or (ARRAYS[name] if arrays else TABLE[name].value)
-    made = FunctionType(code, known)
-    if not arrays:
-        made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
-    return made
-
-
-def made_again(code: bytes) -> Callable[..., Any]:
-    """A function of floats from cached code."""
-    return function_of(marshal.loads(code))
+    return FunctionType(code, known)
 
 
 def compile_expressions(
