@@ -43,6 +43,7 @@ def _table() -> list[Mistake]:
     """The mistakes with their patterns, compiled."""
     functions = "|".join(name for name, row in TABLE.items() if row.arguments)
     parts = contents()["parts"] | {"FUNCTIONS": functions, "PROPERTIES": "|".join(PROPERTIES)}
+    signs = [{"pattern": sign, "cure": cure} for sign, cure in contents()["signs"].items()]
 
     def written(pattern: str) -> str:
         return re.sub(r"<([A-Z]+)>", lambda found: written(parts[found[1]]), pattern)
@@ -52,7 +53,9 @@ def _table() -> list[Mistake]:
         flags = re.IGNORECASE | (re.DOTALL if _MARK in pattern else 0)
         return Mistake(**row | {"pattern": re.compile(pattern, flags)})
 
-    return [*map(made, contents()["mistake"])]
+    rows = contents()["mistake"]
+    each = (row | one for row in rows for one in (signs if row["pattern"] == "<SIGNS>" else [{}]))
+    return [*map(made, each)]
 
 
 _MARK = "\ue000"
