@@ -19,7 +19,7 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.checks import wrong_mark
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, wrong_range
-from rulesheets.parse.layout import STRANGE, Line, nested
+from rulesheets.parse.layout import STRANGE, Line
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -424,7 +424,9 @@ def too_deep(tree: RuleBody | Condition | Expression) -> Diagnosis | None:
         node, level, factors = stack.pop()
         here = tree.span if node.span is None else node.span
         if level > DEEPEST:
-            return nested(here.part(0, 1), f"{DEEPEST} levels deep")
+            note = "give the inner parts names of their own, in rules of their own"
+            label = f"{DEEPEST} levels deep"
+            return error_at("E124", "this is nested too deeply", here.part(0, 1), note, label=label)
         if factors > FACTORS:
             message = f"this expression nests more than {FACTORS} levels deep"
             note, label = "split it over several rules", "every factor of a long product is a level"

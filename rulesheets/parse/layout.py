@@ -26,9 +26,6 @@ from rulesheets.syntax.nodes import (
     walk,
 )
 
-NESTING = 100
-"""Parentheses that may be open at a time."""
-
 LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""
 
@@ -54,7 +51,7 @@ class Line:
     ``code`` begins at ``start`` and has blanks for comments; ``end`` is the end without trailing
     blanks. ``comment`` is the text of the comments, joined by ``; ``, or None. ``gap``: a blank
     line precedes it. ``unclosed`` are the parentheses that are never closed, ``stray`` the closing
-    ones without a partner, ``too_deep`` is the first beyond NESTING.
+    ones without a partner.
     """
 
     start: int
@@ -64,7 +61,6 @@ class Line:
     comment: str | None = None
     unclosed: list[int] = field(default_factory=list)
     stray: list[int] = field(default_factory=list)
-    too_deep: int | None = None
 
     @property
     def blank(self) -> bool:
@@ -83,8 +79,6 @@ class Line:
             place, position = found.start(), found.end()
             if found.group() == "(":
                 self.unclosed.append(place)
-                if len(self.unclosed) > NESTING and self.too_deep is None:
-                    self.too_deep = place
             elif found.group() == ")":
                 if self.unclosed:
                     self.unclosed.pop()
@@ -178,9 +172,6 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
         note = f"a rule has at most {LONGEST:,} characters; give parts of it names of their own"
         place = Span(source, line.start, line.start + 1)
         return error_at("E125", message, place, note, label="begins here")
-    if line.too_deep is not None:
-        place = Span(source, line.too_deep, line.too_deep + 1)
-        return nested(place, f"more than {NESTING} are open here")
     if line.stray:
         place = Span(source, line.stray[0], line.stray[0] + 1)
         note = "remove it, or open a parenthesis before it"
@@ -190,11 +181,6 @@ def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
         note = f"add {')' * len(line.unclosed)} where it ends"
         return error_at("E102", None, place, note, label="opened here")
     return None
-
-
-def nested(span: Span, label: str) -> Diagnosis:
-    note = "give the inner parts names of their own, in rules of their own"
-    return error_at("E124", "this is nested too deeply", span, note, label=label)
 
 
 # --- rules of one form ---

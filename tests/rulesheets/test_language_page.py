@@ -9,7 +9,7 @@ import pytest
 
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.parse.grammar import DEEPEST
-from rulesheets.parse.layout import LONGEST, NESTING
+from rulesheets.parse.layout import LONGEST
 from rulesheets.parse.sections import parse
 from rulesheets.syntax import Source
 
@@ -34,5 +34,5 @@ def test_every_built_in_function_is_named() -> None:
 
 
 def test_the_limits_are_those_of_the_parser() -> None:
-    for limit in (LONGEST, NESTING, DEEPEST):
+    for limit in (LONGEST, DEEPEST):
         assert f"{limit:,}" in PAGE.partition("## Limits")[2]

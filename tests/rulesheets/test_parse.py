@@ -394,7 +394,7 @@ def nested(depth: int, kind: str) -> str:
     }[kind]
 
 
-KINDS = ["parentheses", "calls", "signs", "powers", "products", "not", "if", "else if", "row"]
+KINDS = ["calls", "signs", "powers", "products", "not", "if", "else if", "row"]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -406,6 +406,10 @@ def test_deep_nesting_is_refused(kind: str) -> None:
 def test_nesting_within_the_limit_is_read(kind: str) -> None:
     sheet = read(nested(90, kind))
     assert read(format_sheet(sheet)) == sheet
+
+
+def test_parentheses_alone_are_no_level() -> None:
+    assert read(nested(3_000, "parentheses")) == read("x = y")
 
 
 @pytest.mark.parametrize(
