@@ -6,7 +6,7 @@ import os
 import re
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.checks import check, check_figures, head_of
 from rulesheets.diagnosis import (
@@ -25,13 +25,10 @@ from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
-from rulesheets.syntax import LIKE_PI, Source, Span, nodes
+from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import Number, names, names_of, rebuilt, walk
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
-
-# a pattern that begins with a certain character is found fast
-_MEASURE = re.compile(r"\[(?<=[\d.]\[)")
 
 
 class File(NamedTuple):
@@ -173,10 +170,10 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     """Check a program and expand it. Raises RuleSheetError with every complaint found."""
-    check(program)
+    inside = check(program)
     units = library_of(program.units)
     variables = declared(program.rows, units)
-    refuse(_wrong_units(program, units))
+    refuse(_wrong_units(program, inside, units))
     expansion = Expansion(program)
     passed = _passed(program)
     # rows of the sheet, then names of its rules, then locals of the calls
@@ -193,7 +190,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         figures=program.sheet.figures,
         requirements=tuple(expansion.requirements),
         limits=program.limits,
-        notes=(*_respelt(program), *_hidden(program)),
+        notes=(*_respelt(program, inside), *_hidden(program)),
         files=(*files, *python),
         python=python,
         units=units,
@@ -207,24 +204,15 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     return model
 
 
-def _rule_parts(
-    program: Program, said: re.Pattern[str]
-) -> list[nodes.Expression | nodes.Condition]:
-    """The expressions of all rules, if a source of the program matches the pattern."""
-    owners: list[nodes.RuleSheet | nodes.Function] = [program.sheet, *program.functions.values()]
-    sources = dict.fromkeys(owner.span.source for owner in owners if owner.span is not None)
-    if not any(said.search(source.text) for source in sources):
-        return []
-    rules = (rule for owner in owners for rule in rules_of(owner))
-    return [part for rule in rules for body in bodies(rule.body) for part in body.parts]
+Nodes: TypeAlias = list[nodes.Expression | nodes.Condition]
+"""All nodes of rules."""
 
 
-def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
+def _wrong_units(program: Program, inside: Nodes, units: Library) -> Iterator[Diagnosis]:
     """Numbers of rules, and figures, whose units are unknown."""
-    parts = walk(*_rule_parts(program, _MEASURE))
     figures, word = program.sheet.figures, len("figure")
     written = [(one.unit, one.span and one.span.part(0, word)) for one in figures]
-    written += ((one.unit, one.span) for one in parts if isinstance(one, Number))
+    written += ((one.unit, one.span) for one in inside if isinstance(one, Number))
     for unit, place in written:
         try:
             unit_named(unit or "", place, units)
@@ -232,13 +220,10 @@ def _wrong_units(program: Program, units: Library) -> Iterator[Diagnosis]:
             yield from wrong.diagnoses
 
 
-def _respelt(program: Program) -> Iterator[Diagnosis]:
+def _respelt(program: Program, inside: Nodes) -> Iterator[Diagnosis]:
     """A note on the first ``Pi`` that is read as the number."""
-    parts = _rule_parts(program, LIKE_PI)
-    if not parts:
-        return
-    parts += [row.value for row in program.rows if row.value is not None]
-    for node in walk(*parts):
+    values = walk(*(row.value for row in program.rows if row.value is not None))
+    for node in (*inside, *values):
         if isinstance(node, nodes.Call) and node.function == "pi" and node.span is not None:
             name = node.span.text[:2]
             if name != "pi":

@@ -26,6 +26,7 @@ from rulesheets.functions import PLANNED, TABLE
 from rulesheets.syntax import LIKE_PI, Span, nodes
 from rulesheets.syntax.nodes import (
     Call,
+    Condition,
     Expression,
     Figure,
     Mark,
@@ -37,19 +38,28 @@ from rulesheets.syntax.nodes import (
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 
 
-def check(program: Program) -> None:
-    """Raise RuleSheetError with every complaint about names, symbols and calls, scope by scope."""
-    if next(_complaints(program, each=False), None) is not None:
-        refuse(_complaints(program, each=True))
+def check(program: Program) -> list[Expression | Condition]:
+    """The nodes of all rules (of rules of one form, those of the first).
+
+    Raises RuleSheetError with every complaint about names, symbols and calls, scope by scope.
+    """
+    scopes = _scopes(program, each=False)
+    if next(_complaints(program, scopes), None) is not None:
+        refuse(_complaints(program, _scopes(program, each=True)))
+    return [node for scope in scopes.values() for node in scope.every]
 
 
-def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
-    """Complaints about every rule, or about the first of rules of one form."""
-    sheet = Scope(program, each)
+def _scopes(program: Program, each: bool) -> dict[str, Scope]:
+    """The sheet itself, which has no name, and its functions."""
     functions = {name: Scope(program, each, one) for name, one in program.functions.items()}
+    return {"": Scope(program, each), **functions}
+
+
+def _complaints(program: Program, scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
+    sheet = scopes[""]
     yield from check_rows(program)
     yield from check_ranges(sheet)
-    for scope in (sheet, *functions.values()):
+    for scope in scopes.values():
         if scope.function is not None:
             yield from check_head(scope.function)
         yield from check_names(scope)
@@ -60,7 +70,7 @@ def _complaints(program: Program, each: bool) -> Iterator[Diagnosis]:
                 yield from _check_rule_function(call, function, scope)
             else:
                 yield from check_builtin(call, program.functions, scope.names)
-    yield from check_nesting(sheet, functions)
+    yield from check_nesting(scopes)
 
 
 class Scope:
@@ -224,9 +234,8 @@ def check_builtin(
 MAX_DEPTH = 100
 
 
-def check_nesting(sheet: Scope, functions: Mapping[str, Scope]) -> Iterator[Diagnosis]:
+def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     """A diagnosis for a circle of calls, if there is one, else for calls nested too deeply."""
-    scopes = {**functions, "": sheet}
     calls: dict[str, dict[str, Span | None]] = {name: {} for name in scopes}
     for name, scope in scopes.items():
         for call, function in scope.calls:

@@ -73,6 +73,7 @@ name NAME     the variable to explain; a local by its full name
 | --latex     print LaTeX
 """
 
+
 def _solve(arguments: Namespace) -> int:
     """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
