@@ -12,7 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import suppress
 from importlib import import_module
 from math import inf
-from textwrap import wrap
+from textwrap import fill
 from typing import Any, NamedTuple, NoReturn
 
 from rulesheets.deadline import TimeIsUp, setting, time_limit
@@ -123,15 +123,11 @@ class _Parser(ArgumentParser):
 def unknown_command(word: str, commands: Collection[str]) -> int:
     sheet = word.endswith(".tk") or os.path.exists(word)
     notes = (f"did you mean backsolve solve {word}?",) if sheet else suggestion(word, commands)
-    listing = f"the commands are {', '.join(commands)}"
-    for note in (
-        f"backsolve: there is no command {word}",
-        *(f"  {note}" for note in (*notes, listing)),
-    ):
-        lines = wrap(
-            escaped(note), screen_of(sys.stderr).width or len(note), subsequent_indent="    "
-        )
-        print("\n".join(lines), file=sys.stderr)
+    said = f"backsolve: there is no command {word}"
+    for note in (said, *notes, f"the commands are {', '.join(commands)}"):
+        line = escaped(note if note is said else f"  {note}")
+        width = screen_of(sys.stderr).width or len(line)
+        print(fill(line, width, subsequent_indent="    "), file=sys.stderr)
     return WRONG
 
 

@@ -330,34 +330,29 @@ def server(timeout: float) -> Server:
     """The server with all its handlers."""
     one = Server(timeout)
 
-    @one.feature(lsp.TEXT_DOCUMENT_DID_OPEN)
-    @one.feature(lsp.TEXT_DOCUMENT_DID_SAVE)
-    async def saved(params: lsp.DidOpenTextDocumentParams | lsp.DidSaveTextDocumentParams) -> None:
+    async def saved(params: Any) -> None:
         one.changed(params.text_document.uri, solve=True)
 
-    @one.feature(lsp.TEXT_DOCUMENT_DID_CHANGE)
     async def changed(params: lsp.DidChangeTextDocumentParams) -> None:
         one.changed(params.text_document.uri)
 
-    @one.feature(lsp.TEXT_DOCUMENT_COMPLETION, lsp.CompletionOptions(trigger_characters=["'"]))
-    async def complete(params: lsp.CompletionParams) -> list[lsp.CompletionItem]:
-        return list(completions(one, params))
-
-    @one.feature(lsp.SHUTDOWN)
     async def shutdown(_: None) -> None:
         await asyncio.gather(one.quick.stop(), one.slow.stop(), one.workers.close())
 
-    @one.feature(lsp.TEXT_DOCUMENT_INLAY_HINT)
-    async def shown(params: lsp.InlayHintParams) -> list[lsp.InlayHint]:
-        return list(values(one, params))
-
     answers: dict[str, Callable[..., Any]] = {
-        lsp.TEXT_DOCUMENT_DID_CLOSE: closed,
-        lsp.TEXT_DOCUMENT_HOVER: hover,
-        lsp.TEXT_DOCUMENT_DEFINITION: defined,
-        lsp.TEXT_DOCUMENT_RENAME: renamed,
-        lsp.TEXT_DOCUMENT_FORMATTING: formatted,
+        lsp.TEXT_DOCUMENT_DID_OPEN: saved,
+        lsp.TEXT_DOCUMENT_DID_SAVE: saved,
+        lsp.TEXT_DOCUMENT_DID_CHANGE: changed,
+        lsp.TEXT_DOCUMENT_DID_CLOSE: partial(closed, one),
+        lsp.TEXT_DOCUMENT_HOVER: partial(hover, one),
+        lsp.TEXT_DOCUMENT_DEFINITION: partial(defined, one),
+        lsp.TEXT_DOCUMENT_COMPLETION: lambda params: list(completions(one, params)),
+        lsp.TEXT_DOCUMENT_INLAY_HINT: lambda params: list(values(one, params)),
+        lsp.TEXT_DOCUMENT_RENAME: partial(renamed, one),
+        lsp.TEXT_DOCUMENT_FORMATTING: partial(formatted, one),
+        lsp.SHUTDOWN: shutdown,
     }
+    options = {lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(trigger_characters=["'"])}
     for feature, answer in answers.items():
-        one.feature(feature)(partial(answer, one))
+        one.feature(feature, options.get(feature))(answer)
     return one
