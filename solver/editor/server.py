@@ -106,12 +106,6 @@ class Server(LanguageServer):
         params = lsp.PublishDiagnosticsParams(uri, shown, version=document.version)
         self.text_document_publish_diagnostics(params)
 
-    def _refresh(self) -> None:
-        """Let the editor ask for the values again, if it shows them."""
-        workspace = self.client_capabilities.workspace
-        if workspace and workspace.inlay_hint and workspace.inlay_hint.refresh_support:
-            self.workspace_inlay_hint_refresh(None)
-
     async def check(self, document: TextDocument, text: str) -> Json:
         return await self.quick.ask({**_sheet(document, text), "do": "check"})
 
@@ -125,7 +119,9 @@ class Server(LanguageServer):
             answer = await self.slow.ask({"do": "solve"})
             if "status" in answer:
                 self.answers[document.uri] = Answer(text, {**reply, **answer})
-                self._refresh()
+                shows = self.client_capabilities.workspace
+                if shows and shows.inlay_hint and shows.inlay_hint.refresh_support:
+                    self.workspace_inlay_hint_refresh(None)
                 return answer
         return {}
 

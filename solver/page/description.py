@@ -9,7 +9,7 @@ import base64
 import html
 import json
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from hashlib import sha256
 from itertools import chain, compress
 from math import isfinite, prod
@@ -266,16 +266,14 @@ def _document(
         """Coordinates and angles one after the other."""
         return None if one is None else list(map(_round, chain(*one["places"], one["angles"])))
 
-    def numbers(name: str, values: Iterable[Value | None]) -> list[Value | None]:
-        return [_number(value, displaying(model.variables[name])) for value in values]
-
     names = ("name", "comment", "unit", "scale")
-    columns = [numbers(v.name, (row.get(v.name) if row else None for row in rows)) for v in shown]
-    lines = map(list, zip(*columns, strict=True)) if columns else ([] for _ in rows)
+    scales = {name: displaying(variable) for name, variable in model.variables.items()}
+    axis = {name: [_number(value, scales[name]) for value in axes[name]] for name in axes}
+    told = [(v.name, scales[v.name]) for v in shown]
     return {
         "name": model.name,
         "axes": [
-            {"name": name, "values": numbers(name, some), "at": _place(model, name, some)}
+            {"name": name, "values": axis[name], "at": _place(model, name, some)}
             for name, some in axes.items()
         ],
         "variables": [{name: _variable(v)[name] for name in names} for v in shown],
@@ -283,7 +281,7 @@ def _document(
         "figures": outlines,
         "boxes": [box and list(map(_round, box)) for box in boxes(outlines, drawn)],
         "said": SAID,
-        "values": [row and line for row, line in zip(rows, lines, strict=True)],
+        "values": [row and [_number(row.get(n), scale) for n, scale in told] for row in rows],
         "drawn": [None if some is None else list(map(flat, some)) for some in drawn],
     }
 
@@ -291,11 +289,9 @@ def _document(
 def _place(model: Model, name: str, values: Sequence[Value]) -> int:
     """The place of the sheet's own value on an axis, else the middle."""
     own = model.variables[name].value
-    if own is not None and own in values:
-        return list(values).index(own)
     if isinstance(own, float) and all(isinstance(value, float) for value in values):
         return min(range(len(values)), key=lambda k: abs(float(values[k]) - own))
-    return len(values) // 2
+    return len(values) // 2 if own is None or own not in values else list(values).index(own)
 
 
 def _number(value: Value | None, scale: tuple[float, float]) -> Value | None:

@@ -134,17 +134,6 @@ def steps_to_show(path: Path) -> tuple[Step, ...]:
     return tuple(s for s in steps if not (isinstance(s, Check) and s.equation in solved))
 
 
-def _at_most(branches: int | None) -> str:
-    if branches is None:
-        return "Blocks can have any number of answers."
-    return "One answer at most." if branches == 1 else f"At most {branches} answers."
-
-
-def _not_reached(path: Path, wanted: Iterable[str]) -> list[str]:
-    missing = ", ".join(unreached(path, wanted))
-    return [f"Not reached: {missing}."] if missing else []
-
-
 def _rows(model: Model, places: Places, step: Step) -> Iterator[tuple[str, int, str, str]]:
     """The unknowns of a step, its number of branches, and its rules with their places."""
 
@@ -189,7 +178,9 @@ def _methods(model: Model, block: SolveBlock) -> str:
 def tree_text(model: Model, tree: PathTree, wanted: Sequence[str]) -> str:
     """A table for the path and for each case, then how many answers there can be."""
     parts = list(_parts(model, tree, wanted, (), 1))
-    last = _at_most(tree.branches)
+    last = "One answer at most." if tree.branches == 1 else f"At most {tree.branches} answers."
+    if tree.branches is None:
+        last = "Blocks can have any number of answers."
     if any(end.open for end in tree.ends()):
         last = "What follows depends on how the conditions come out, and on how many answers there "
         last += "are then."
@@ -219,8 +210,8 @@ def _parts(
         lines.append(path_table(model, tree.path, first))
     else:
         lines.append("No rule gives anything more." if outcomes else "No rule gives anything.")
-    if not question(tree.path):
-        lines += _not_reached(tree.path, wanted)
+    if not question(tree.path) and (missing := unreached(tree.path, wanted)):
+        lines.append(f"Not reached: {', '.join(missing)}.")
     yield "\n".join(lines)
     after = first + len(steps_to_show(tree.path))
     for case in tree.cases:

@@ -18,7 +18,7 @@ from rulesheets.units import shown
 from solver.facts import Status
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
 from solver.report import SCREEN, fits, table
-from solver.solution.solving import CUT, Result, Solution
+from solver.solution.solving import CUT, Result
 
 
 def tolerated(text: str, tolerance: Tolerance | None) -> str:
@@ -173,7 +173,12 @@ def result_json(
     if digits:  # null where nothing can be said
         bars = ({n: answer.error[n] for n in some if n in answer.error} for answer, some in both)
         document["errors"] = [{**dict.fromkeys(some), **finite(some)} for some in bars]
-    if proofs := [_proof(answer, some) for answer, some in both if answer.proof is not None]:
+    proofs = list[Json]()
+    for answer, some in both:
+        if answer.proof is not None:
+            radius = {name: answer.radius[name] for name in some if name in answer.radius}
+            proofs.append({"proved": answer.proof.proved, "radius": radius})
+    if proofs:
         document["proofs"] = proofs
     if any(answer.unlikely for answer in result.solutions):
         document["unlikely"] = [list(answer.unlikely) for answer in result.solutions]
@@ -200,13 +205,6 @@ def _dump(document: Json) -> str:
 def finite(values: Mapping[str, Value]) -> dict[str, Value]:
     """The values that JSON can carry."""
     return {name: v for name, v in values.items() if isinstance(v, str) or isfinite(v)}
-
-
-def _proof(answer: Solution, shown: Mapping[str, Value]) -> Json:
-    """The proof of an answer."""
-    assert answer.proof is not None
-    radius = {name: answer.radius[name] for name in shown if name in answer.radius}
-    return {"proved": answer.proof.proved, "radius": radius}
 
 
 MOST_WARNINGS = 3
