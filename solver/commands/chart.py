@@ -9,6 +9,7 @@ import math
 from argparse import Namespace
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import partial
 from time import perf_counter
 from timeit import Timer
@@ -48,8 +49,8 @@ MOST = 2_000
 
 State: TypeAlias = Mapping[str, Any]
 """Numbers by name, exact ones of many digits, and symbols."""
-Ended: TypeAlias = tuple[Sequence[State], str, int | None]
-"""The answers of a method, the message if there are none, and the number of iterations."""
+Ended: TypeAlias = tuple[Sequence[State], int | None]
+"""The answers of a method, and the number of iterations."""
 Exact: TypeAlias = tuple[SolveBlock, State]
 """A regular square part of the rules, and the state that satisfies them."""
 Method: TypeAlias = tuple[str, float | None, Callable[[], Ended]]
@@ -105,18 +106,14 @@ def _ours(
     """``solver.solve`` from the model on, the prepared plan, and proved answers."""
 
     def solved(prove: bool = False) -> Ended:
-        result = solve(plan.model, given, plan.want, plan.guesses, prove=prove)
-        if result.status is not Status.SOLVED:
-            return (), str(result.status), None
-        answers = result.solutions
-        return [s for s in answers if not prove or (s.proof and s.proof.proved)], "not proved", None
+        answers = solve(plan.model, given, plan.want, plan.guesses, prove=prove).solutions
+        return [s for s in answers if not prove or (s.proof and s.proof.proved)], None
 
     def prepared() -> Ended:
-        try:
+        with suppress(Unsolved):
             rows = plan.all(*(inputs[name] for name in plan.inputs))
-        except Unsolved as unsolved:
-            return (), str(unsolved.status), None
-        return [dict(zip(plan.want, row, strict=True)) for row in rows], "", None
+            return [dict(zip(plan.want, row, strict=True)) for row in rows], None
+        return [], None
 
     yield OURS, None, solved
     yield f"{OURS}, prepared", None, prepared
@@ -140,8 +137,7 @@ def _others(
 
     def ended(run: Callable[[], ScipyRoot]) -> Ended:
         x, success, used = run()
-        answers = [dict(zip(block.unknowns, x, strict=True))] if success else []
-        return answers, "no convergence", used
+        return [dict(zip(block.unknowns, x, strict=True))] if success else [], used
 
     for to in FEW if plan.inputs else TOLERANCES:
         yield "Newton", to, partial(ended, partial(plain_newton, *system, to))
@@ -175,10 +171,11 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
 
     family, tolerance, run = method
     # once without the clock, for code that is compiled on first use
-    answers, said, iterations = run()
+    answers, iterations = run()
     pairs = ((answer, state) for answer in answers for _, state in states)
     errors = (max((off(*pair, name) for name in names), default=0.0) for pair in pairs)
     error = min(errors, default=math.nan)
+    said = "not proved" if iterations is None else "no convergence"
     if answers:
         said = "solved" if error <= max(FALSE, 1e3 * (tolerance or 0.0)) else "false"
     proved = (answer for answer in answers if isinstance(answer, Solution) and answer.radius)
@@ -194,28 +191,27 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
 COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
 
 
-def chart_table(marks: Sequence[Measurement]) -> str:
-    """A line for each method, at one set of inputs."""
-    rows = []
-    for mark in marks:
-        sizes = _short(mark.error), _short(mark.radius), str(mark.iterations or "")
-        rows.append((mark.method, mark.status, *sizes, f"{1e6 * mark.seconds:.1f}"))
-    return table(("Method", "Status", "Error", "Radius", "Iterations", "µs"), rows)
-
-
-def stability_table(marks: Sequence[Measurement], name: str) -> str:
-    """A line for each method: values solved, largest error, and median time."""
+def chart_table(marks: Sequence[Measurement], name: str | None = None) -> str:
+    """A line for each method: at one set of inputs; or over an input, with the number of values
+    solved, the largest error, and the median time."""
     rows = []
     for method in dict.fromkeys(mark.method for mark in marks):
         mine = [mark for mark in marks if mark.method == method]
         said = Counter(mark.status for mark in mine)
-        silent = len(mine) - said["solved"] - said["false"]
         worst = max(mine, key=lambda mark: -1.0 if math.isnan(mark.error) else mark.error)
-        at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
+        sizes = [_short(worst.error), _short(worst.radius)]
+        cells = [worst.status, *sizes, str(worst.iterations or "")]
+        if name is not None:
+            silent = len(mine) - said["solved"] - said["false"]
+            counts = f"{said['solved']} of {len(mine)}", str(said["false"]), str(silent)
+            at = "" if math.isnan(worst.error) else f"{worst.at:.10g}"
+            cells = [*counts, _short(worst.error), at]
         median = sorted(mark.seconds for mark in mine)[len(mine) // 2]
-        counts = f"{said['solved']} of {len(mine)}", str(said["false"]), str(silent)
-        rows.append((method, *counts, _short(worst.error), at, f"{1e6 * median:.1f}"))
-    return table(("Method", "Solved", "False", "Nothing", "Worst error", f"at {name}", "µs"), rows)
+        rows.append((method, *cells, f"{1e6 * median:.1f}"))
+    heads = ["Status", "Error", "Radius", "Iterations"]
+    if name is not None:
+        heads = ["Solved", "False", "Nothing", "Worst error", f"at {name}"]
+    return table(("Method", *heads, "µs"), rows)
 
 
 def _short(error: float | None) -> str:
@@ -277,7 +273,7 @@ def _run(arguments: Namespace) -> int:
         print(result_text(solve(request.model, first, request.want, request.guesses)))
         print("\nthere is no isolated answer to measure methods by")
         return 1
-    print(stability_table(marks, name) if name else chart_table(marks))
+    print(chart_table(marks, name))
     if kind == ".csv":
         write_file(path, chart_csv(marks).encode())
     elif kind:

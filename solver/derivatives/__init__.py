@@ -261,29 +261,24 @@ def one_sided(
     assert isinstance(middle, float)
     guesses = {n: v for n, v in values.items() if isinstance(v, float) and n not in inputs}
     reach = FARTHEST * max(abs(middle), 1.0)
-    nodes: list[Extended] = []
-    slopes: dict[str, list[Extended]] = {output: [] for output in outputs}
-    levels: dict[str, list[Extended]] = {output: [] for output in outputs}
+    nodes, near_by = list[Extended](), list[Total]()
     for k in range(NODES):
-        moved = {**inputs, given: middle + side * reach * 2.0**-k}
-        answer = near(moved, guesses)
-        if answer is None:
+        at = middle + side * reach * 2.0**-k
+        moved = {**inputs, given: at}
+        if (answer := near(moved, guesses)) is None:
             return {}
-        total = totals(model, answer, moved, (given,))
-        nodes.append(number(moved[given]) - number(middle))  # type: ignore[arg-type]
-        for output in [*slopes]:
-            if output in total.sharp.lost or output not in total.by or given in total.tied:
-                del slopes[output], levels[output]
-                continue
-            slopes[output].append(total.by[output].get(given, number(0.0)))
-            levels[output].append(total.sharp.values[output])
+        near_by.append(totals(model, answer, moved, (given,)))
+        nodes.append(number(at) - number(middle))
     found = {}
-    for output, samples in slopes.items():
-        slope, level = _limit(nodes, samples), _limit(nodes, levels[output])
-        here = values[output]
+    for output in outputs:
+        if any(output in t.sharp.lost or output not in t.by or given in t.tied for t in near_by):
+            continue
+        levels = [total.sharp.values[output] for total in near_by]
+        slope = _limit(nodes, [total.by[output].get(given, number(0.0)) for total in near_by])
+        level, here = _limit(nodes, levels), values[output]
         if slope is None or level is None or not isinstance(here, float):
             continue
-        if abs(level - here) <= CONTINUOUS * max(abs(here), *map(abs, levels[output])):
+        if abs(level - here) <= CONTINUOUS * max(abs(here), *map(abs, levels)):
             found[output] = float(slope)
     return found
 

@@ -20,10 +20,10 @@ from solver.commands import Request
 from solver.commands.chart import (
     COLUMNS,
     chart_csv,
+    chart_table,
     exact_state,
     measure,
     plain_newton,
-    stability_table,
 )
 from solver.numerics.elimination import eliminate
 from solver.numerics.newton import METHODS, scipy_root
@@ -145,7 +145,7 @@ def test_pictures_hold_every_method(marks: tuple[Measurement, ...]) -> None:
     assert told == ["backsolve", "scipy lm", "no answer", false]
     assert times.xaxis_inverted()
     assert times.lines[0].get_ydata().tolist() == [1.0, 1.0]
-    rows = [line.split() for line in stability_table(points, "x").splitlines()[2:]]
+    rows = [line.split() for line in chart_table(points, "x").splitlines()[2:]]
     assert rows == [
         ["backsolve", "1", "of", "2", "0", "1", "1e-16", "0.1", "1.0"],
         ["scipy", "lm", "0", "of", "2", "1", "1", "5e-01", "0.1", "100.0"],
