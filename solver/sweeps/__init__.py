@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cached_property
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,6 +71,18 @@ class Plan:
     are solved step by step.
     """
 
+    # each plan has a call of its own, which goes directly to the record
+    __slots__ = ("__call__", "__dict__", "__weakref__", "all")
+
+    __call__: Callable[..., tuple[Value, ...]]
+    """The wanted values of the primary answer for a number of each input, by place or by name.
+
+    Raises Unsolved if there is none, also for an infinite number, TypeError for other types.
+    """
+
+    all: Callable[..., list[tuple[Value, ...]]]
+    """Those of every answer, the primary one first. Raises as a call does."""
+
     def __init__(
         self,
         model: Model,
@@ -88,31 +100,10 @@ class Plan:
         self._bound: tuple[Callable[..., Any], ...] = ()
         self.before: Status | None = None
         """The status of the row before, as far as it was solved step by step."""
-        self._call(self._primary, self._every)
+        self.__call__, self.all = self._primary, self._every
 
     def __repr__(self) -> str:
         return f"<Plan ({', '.join(self.inputs)}) -> ({', '.join(self.want)})>"
-
-    if TYPE_CHECKING:
-
-        def __call__(self, *numbers: Value, **named: Value) -> tuple[Value, ...]:
-            """The wanted values of the primary answer for a number of each input, by place or by
-            name.
-
-            Raises Unsolved if there is none, also for an infinite number, TypeError for other
-            types.
-            """
-
-        def all(self, *numbers: Value, **named: Value) -> list[tuple[Value, ...]]:
-            """Those of every answer, the primary one first. Raises as a call does."""
-
-    else:
-        # Each plan has its own, so that a call goes directly to the record.
-        __slots__ = ("__call__", "__dict__", "__weakref__", "all")
-
-    def _call(self, primary: Callable[..., Any], every: Callable[..., Any]) -> None:
-        for name, function in (("__call__", primary), ("all", every)):
-            object.__setattr__(self, name, function)
 
     def _bind(self) -> None:
         """Let calls begin with the first record."""
@@ -123,7 +114,7 @@ class Plan:
             self._bound, (*first, every), primary = forms, forms, self._primary
             for form in reversed(first):
                 primary = with_fallback(form, primary)
-            self._call(primary, with_fallback(every, self._every))
+            self.__call__, self.all = primary, with_fallback(every, self._every)
 
     def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
         numbers = self._numbers(given, named)

@@ -44,7 +44,7 @@ from solver.files.tables import (
 from solver.solution.solving import Result
 from solver.sweeps import Plan, prepare
 from solver.sweeps.work import ENDLESS, Every, Primary, Rows, Work
-from solver.sweeps.workers import Interrupts, solved_pieces
+from solver.sweeps.workers import one_interrupt, solved_pieces
 
 
 def sweep(
@@ -400,7 +400,7 @@ def run(
     discards the sinks and is raised, as is a second interrupt.
     """
     counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
-    with Interrupts():
+    with one_interrupt():
         try:
             for table in pieces:
                 shown = table if model is None else shown_columns(table, model)

@@ -16,7 +16,7 @@ import sys
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError, Future, ThreadPoolExecutor
-from contextlib import ExitStack, closing, suppress
+from contextlib import ExitStack, closing, contextmanager, suppress
 from functools import lru_cache
 from importlib import import_module
 from importlib.metadata import version
@@ -25,7 +25,7 @@ from math import inf
 from threading import Lock, current_thread, local, main_thread
 from time import thread_time
 from types import FrameType
-from typing import Any, Self
+from typing import Any
 
 from rulesheets.deadline import INTERRUPTS, interrupted
 from rulesheets.diagnosis import RuleSheetError, error, refusal
@@ -161,30 +161,28 @@ ENDING = (signal.SIGINT, signal.SIGTERM)
 """Ctrl-C, and the signal with which a batch system ends a process."""
 
 
-class Interrupts:
+@contextmanager
+def one_interrupt() -> Iterator[None]:
     """Within this context, the first interrupt ends the time, and a second one is raised.
 
     Only the main thread receives signals: elsewhere nothing changes.
     """
-
-    def __init__(self) -> None:
-        self._before: dict[signal.Signals, Any] = {}
-
-    def __enter__(self) -> Self:
-        if current_thread() is main_thread():
-            self._before = {number: signal.signal(number, self._heard) for number in ENDING}
-        return self
-
-    def __exit__(self, *failure: object) -> None:
-        for number, before in self._before.items():
-            signal.signal(number, before)
-        if self._before:
+    before = dict[signal.Signals, Any]()
+    if current_thread() is main_thread():
+        before = {number: signal.signal(number, _heard) for number in ENDING}
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
+        if before:
             INTERRUPTS.clear()
 
-    def _heard(self, number: int, frame: FrameType | None) -> None:
-        INTERRUPTS.append(number)
-        if len(INTERRUPTS) > 1:
-            raise KeyboardInterrupt
+
+def _heard(number: int, frame: FrameType | None) -> None:
+    INTERRUPTS.append(number)
+    if len(INTERRUPTS) > 1:
+        raise KeyboardInterrupt
 
 
 def serve() -> None:
@@ -192,7 +190,7 @@ def serve() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     questions = sys.stdin.buffer
-    with Interrupts():
+    with one_interrupt():
         solve = Solver(unpacked(pickle.load(questions)))
         while True:
             try:
