@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from importlib.util import find_spec
 from io import StringIO
-from typing import BinaryIO, Self, TextIO
+from typing import BinaryIO, TextIO
 
 from rulesheets.diagnosis import Diagnosis, error, error_at, refusal
 from rulesheets.files import expect_regular, writing
@@ -71,8 +71,12 @@ _LONGEST = 200
 
 def write_file(path: str, data: bytes) -> None:
     """Write a whole file. Raises RuleSheetError (E416)."""
-    with Replacement(path) as file:
+    file = Replacement(path)
+    try:
         file.write(data)
+        file.keep()
+    finally:
+        file.discard()
 
 
 def expect_no_input(path: str, inputs: Iterable[str]) -> None:
@@ -91,11 +95,10 @@ def expect_no_input(path: str, inputs: Iterable[str]) -> None:
 class Replacement:
     """A new file next to its final place: readers see the old one or the complete new one.
 
-    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it; as a
-    context it is kept unless an exception leaves the block. A link is followed and the mode of an
-    existing file kept. A pipe, a terminal or ``/dev/null`` is written to directly. Unfinished files
-    of killed processes in the folder are removed. Raises RuleSheetError (E416) for every failure of
-    the system.
+    ``keep`` moves it into place when its bytes are on the disk, ``discard`` removes it unless it is
+    kept. A link is followed and the mode of an existing file kept. A pipe, a terminal or
+    ``/dev/null`` is written to directly. Unfinished files of killed processes in the folder are
+    removed. Raises RuleSheetError (E416) for every failure of the system.
     """
 
     stream: BinaryIO
@@ -136,16 +139,6 @@ class Replacement:
             with suppress(OSError):  # the folder may have been removed meanwhile
                 os.unlink(self._unfinished)
             self._unfinished = None
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, kind: object, failure: object, trace: object) -> None:
-        try:
-            if kind is None:
-                self.keep()
-        finally:
-            self.discard()
 
 
 class Printed:

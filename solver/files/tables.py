@@ -125,9 +125,8 @@ class Table(dict[str, NDArray[Any]], Shown):
         try:
             file.add(self)
             file.close()
-        except BaseException:
+        finally:
             file.discard()
-            raise
 
     def having(self, columns: Mapping[str, NDArray[Any]]) -> Table:
         """The same rows with these columns."""

@@ -413,8 +413,7 @@ def run(
                     progress(int(counts.sum()))
             for sink in sinks:
                 sink.close()
-        except BaseException:
-            for sink in sinks:
+        finally:
+            for sink in sinks:  # what is closed stays
                 sink.discard()
-            raise
         return Outcome(tuple(counts.tolist()), interrupted(), several)

@@ -166,8 +166,8 @@ def test_what_fails_at_the_last_bytes_leaves_the_old_file(
         raise failure
 
     monkeypatch.setattr(files.os, "fsync", fails)
-    with pytest.raises((RuleSheetError, KeyboardInterrupt)), Replacement(str(path)) as file:
-        file.write(b"x" * 100)
+    with pytest.raises((RuleSheetError, KeyboardInterrupt)):
+        write_file(str(path), b"x" * 100)
     assert [found.read_bytes() for found in tmp_path.iterdir()] == [b"old"]
 
 
@@ -183,12 +183,12 @@ def test_bytes_are_on_the_disk_before_the_name_changes(tmp_path: Path, monkeypat
 def test_a_folder_that_is_removed_meanwhile_is_told(tmp_path: Path) -> None:
     folder = tmp_path / "folder"
     folder.mkdir()
-    with (
-        pytest.raises(RuleSheetError, match="No such file"),
-        Replacement(str(folder / "table")) as file,
-    ):
-        file.write(b"x" * 100)
-        shutil.rmtree(folder)
+    file = Replacement(str(folder / "table"))
+    file.write(b"x" * 100)
+    shutil.rmtree(folder)
+    with pytest.raises(RuleSheetError, match="No such file"):
+        file.keep()
+    file.discard()
 
 
 # --- what killed runs leave -----------------------------------------------------
@@ -203,11 +203,12 @@ def test_the_next_run_removes_what_a_killed_one_left(folder: Path) -> None:
         f.stat().st_size for f in folder.glob(f"out.csv.*{UNFINISHED}")
     ):
         time.sleep(0.05)
-    with Replacement("other.csv") as living:  # a file of a living process stays
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-        assert len(list(folder.glob(f"*{UNFINISHED}"))) == 2
-        assert main(("solve", "main.tk", "-o", "out.csv")) == 0
-        assert [file.name[:9] for file in folder.glob(f"*{UNFINISHED}")] == ["other.csv"]
-        living.write(b"x")
+    living = Replacement("other.csv")  # a file of a living process stays
+    process.send_signal(signal.SIGKILL)
+    process.wait()
+    assert len(list(folder.glob(f"*{UNFINISHED}"))) == 2
+    assert main(("solve", "main.tk", "-o", "out.csv")) == 0
+    assert [file.name[:9] for file in folder.glob(f"*{UNFINISHED}")] == ["other.csv"]
+    living.write(b"x")
+    living.keep()
     assert not list(folder.glob(f"*{UNFINISHED}"))
