@@ -161,18 +161,16 @@ class Signs:
         }
 
     def _opposed(self) -> Iterator[str]:
-        """Names one of which a rule makes negative: M of ``M = -F*a``, and those of the forces in
-        ``F1*sind(a) + R = 0``."""
+        """Names one of which a rule makes negative: M of ``M = -F*a``, and those that are terms of
+        a sum that is 0, as R of ``F1*sind(a) + R = 0``."""
         for rules in by_shape(self.model):
             sides = rules[0].sides
             for side, other in (sides, sides[::-1]):
-                told: Sequence[Expression] = ()
-                if isinstance(other, Negative):
-                    told = (side,)
-                elif is_number(side, 0.0) and len({minus for _, minus in added(other)}) == 1:
-                    told = [term for term, _ in added(other)]
-                alone = map(_without_calls, told)
-                for name in (term.name for term in alone if isinstance(term, Name)):
+                told = [side] if isinstance(other, Negative) else []
+                if isinstance(other, Sum) and is_number(side, 0.0):
+                    both = added(other)
+                    told = [term for term, _ in both] if len({m for _, m in both}) == 1 else []
+                for name in (term.name for term in told if isinstance(term, Name)):
                     place = rules[0].names.index(name)
                     yield from (rule.names[place] for rule in rules)
 
@@ -285,16 +283,6 @@ class Signs:
 
 
 signs_of = once(Signs)
-
-
-def _without_calls(node: Expression) -> Expression:
-    """A product, or quotient, without functions and numbers as factors."""
-    if isinstance(node, Product | Quotient):
-        left, right = map(_without_calls, (node.left, node.right))
-        if isinstance(right, Call | Number):
-            return left
-        return right if isinstance(node, Product) and isinstance(left, Call | Number) else node
-    return node
 
 
 def _swings(node: Any, known: Set[str]) -> bool:
