@@ -378,6 +378,16 @@ def settling_regimes(d, rhop, rho, mu):
     return {"K": K, "v": v, "Re": rho * v * d / mu}
 
 
+@sheet(OWN, "H > H1, Q1 > Hs, Q > H2, Q2 > a1, Q H > H1 k")
+def check_valves(H1, a1, H2, a2, Hs, k):
+    def flows(H):
+        return sqrt((H1 - H) / a1), sqrt((H2 - H) / a2)
+
+    H = root(lambda H: Hs + k * sum(flows(H)) ** 2 - H, Hs, H2)
+    Q1, Q2 = flows(H)
+    return {"H": H, "Q1": Q1, "Q2": Q2, "Q": Q1 + Q2}
+
+
 @sheet(OWN, "Q > Hstat, Hp > D, P_shaft > eta, Q > f, V > Lp")
 def pump_system(H0, a_p, Hstat, Lp, D, f, Ksum, eta):
     def speed(Q):
