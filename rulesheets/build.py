@@ -20,6 +20,7 @@ from rulesheets.diagnosis import (
     refusal,
     refuse,
 )
+from rulesheets.evaluate.exact import with_round_values
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
 from rulesheets.inputs import declared, valued
 from rulesheets.library import Library
@@ -445,6 +446,4 @@ def _exact(part: Any, rule: Span) -> Any:
     text = (rule.text or "sin pi").lower()
     if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
         return part
-    from rulesheets.evaluate.exact import with_round_values  # few rules have any
-
     return with_round_values(part)

@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
+from rulesheets.checks import check_constant
 from rulesheets.diagnosis import (
     Diagnosis,
     Label,
@@ -21,10 +22,12 @@ from rulesheets.diagnosis import (
     wrong_range,
 )
 from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.exact import with_round_values
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect, once, reached
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of, walk
+from rulesheets.syntax.program import rules_of
 from rulesheets.units import (
     cannot_show,
     converted,
@@ -52,12 +55,8 @@ def constant(expression: nodes.Expression) -> Value:
         message = f"{units[0]} stands inside an expression of numbers"
         note = "write one number with its unit, as in x = 3[in] [mm]"
         raise refusal("E461", message, expression.span, note)
-    from rulesheets.checks import check_constant  # a command with mere numbers starts without it
-
     refuse(check_constant(expression))
     if any(nodes.calls(expression)):
-        from rulesheets.evaluate.exact import with_round_values
-
         expression = with_round_values(expression)
     try:
         number = float(value(expression, {}))
@@ -246,7 +245,6 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
     from rulesheets.parse.sections import parse  # with it comes lark
-    from rulesheets.syntax.program import rules_of
 
     try:  # an expression of numbers, read as the right side of a rule
         sheet = parse(Source("<value>", f"value = {text}"))

@@ -224,7 +224,6 @@ _EXPONENTIAL = (
         slopes=lambda x: 0.5 / call("sqrt", x),
         inverse=Inverse(lambda t: (t**2.0,), low=0.0),
         interval=Monotone(math.sqrt, POSITIVE, POSITIVE, ulps=1.0),
-        domain=POSITIVE,
     ),
     entry(
         *("exp", "exponential function", "exp(0) = 1"),
@@ -243,7 +242,6 @@ _EXPONENTIAL = (
         interval=Monotone(math.log, POSITIVE),
         ball="log",
         sympy="log",
-        domain=POSITIVE,
     ),
     *(
         entry(
@@ -255,7 +253,6 @@ _EXPONENTIAL = (
             interval=Monotone(math.log10, POSITIVE),
             digits="log10",
             definition=lambda x: call("ln", x) / call("ln", Number(10.0)),
-            domain=POSITIVE,
         )
         for name, example in (("log", "log(1000) = 3"), ("log10", "log10(0.01) = -2"))
     ),
@@ -298,7 +295,6 @@ _HYPERBOLIC = (
         slopes=lambda x: 1.0 / call("sqrt", (x - 1.0) * (x + 1.0)),
         inverse=Inverse(by("cosh"), 0.0, inf),
         interval=Monotone(math.acosh, (1.0, inf), POSITIVE),
-        domain=(1.0, inf),
     ),
     entry(
         *("atanh", "inverse hyperbolic tangent", "atanh(0.6) = ln(2)"),
@@ -307,7 +303,6 @@ _HYPERBOLIC = (
         slopes=lambda x: 1.0 / ((1.0 - x) * (1.0 + x)),
         inverse=Inverse(by("tanh")),
         interval=Monotone(math.atanh, UNIT),
-        domain=UNIT,
     ),
 )
 
@@ -415,7 +410,6 @@ _SPECIAL = (
         slopes=lambda x: call("exp", call("erfinv", x) ** 2.0) / _BELL,
         interval=Monotone(_of_scipy("erfinv"), UNIT, ulps=SPECIAL_ULPS),
         digits=lambda mp, x: _finite(mp.erfinv(x)),
-        domain=UNIT,
     ),
     _special(
         *("erfcinv", "inverse complementary error function", "erfc(erfcinv(0.5)) = 0.5"),
@@ -427,7 +421,6 @@ _SPECIAL = (
         digits=_erfcinv_in_digits,
         ball="erfcinv",
         sympy=lambda s, x: s.erfinv(1 - x),
-        domain=(0.0, 2.0),
     ),
 )
 
@@ -519,7 +512,6 @@ _BESSEL = (
         *("k", 0, "k0(1) = 0.4210244382407083"),
         slopes=lambda x: -call("bessel_k1", x),
         interval=Monotone(_of_scipy("k0"), POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
-        domain=POSITIVE,
         nonzero=True,
     ),
     _bessel(
@@ -527,7 +519,6 @@ _BESSEL = (
         name="bessel_k1",
         slopes=lambda x: -(call("k0", x) + call("bessel_k1", x) / x),
         interval=Monotone(_of_scipy("k1"), POSITIVE, POSITIVE, SPECIAL_ULPS, falling=True),
-        domain=POSITIVE,
         nonzero=True,
     ),
 )

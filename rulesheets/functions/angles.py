@@ -371,7 +371,6 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             slopes=lambda x: radian * _arc_sine(x),
             inverse=Inverse(by(sin), -turn / 4, turn / 4),
             interval=Monotone(forms["asin"]["value"], UNIT, (-90.0, 90.0) if degrees else LINE),
-            domain=UNIT,
         ),
         gives(
             *("acos", f"inverse cosine, in {unit} from 0 to {straight}"),
@@ -381,7 +380,6 @@ def _angular(end: str, unit: str, half: Expression, turn: float) -> tuple[Functi
             interval=Monotone(
                 forms["acos"]["value"], UNIT, (0.0, 180.0) if degrees else POSITIVE, falling=True
             ),
-            domain=UNIT,
         ),
         gives(
             *("atan", f"inverse tangent, in {unit} from -{right} to {right}"),

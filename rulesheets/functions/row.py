@@ -199,7 +199,8 @@ class Forms(Mapping[str, Callable[..., Any]]):
 def entry(name: str, meaning: str, example: str, **facets: Any) -> Function:
     """A row; its forms in the libraries have the same name unless given otherwise or defined."""
     named = ("array",) if "definition" in facets else ("array", "digits", "ball", "sympy")
-    facets = dict.fromkeys(named, name) | facets
+    bounded = getattr(facets.get("interval"), "domain", (-inf, inf))
+    facets = dict.fromkeys(named, name) | {"domain": bounded} | facets
     return Function(name=name, meaning=meaning, example=example, **facets)
 
 

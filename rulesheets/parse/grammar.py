@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import starmap
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
@@ -19,7 +19,8 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.checks import wrong_mark
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, wrong_range
-from rulesheets.parse.layout import STRANGE, Line
+from rulesheets.parse.layout import STRANGE, Form, Like, Line, form_of, leaves_of
+from rulesheets.parse.mistakes import explain_line, strange_characters
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -35,9 +36,6 @@ from rulesheets.syntax.nodes import (
     RuleBody,
     walk,
 )
-
-if TYPE_CHECKING:
-    from rulesheets.parse.layout import Form
 
 KINDS = ["rule", "use", "head", "parameters", "figure", "mark"]
 """Kinds of lines beside rows: start rules of the grammar."""
@@ -353,8 +351,6 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
     """
     if kind != "rule" or len(source.text) <= LONG or source.variables_like_pi:
         return _read(source, line, kind)
-    from rulesheets.parse.layout import Like, form_of, leaves_of
-
     leaves, known = leaves_of(line.code), grammar().forms
     if leaves is None:
         return _read(source, line, "rule")
@@ -370,14 +366,10 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
 
 def _read(source: Source, line: Line, kind: str) -> Any:
     if STRANGE.search(line.code):
-        from rulesheets.parse.mistakes import strange_characters
-
         refuse(strange_characters(source, line))
     try:
         node = grammar().read(source, line, kind)
     except Unparsed as stopped:
-        from rulesheets.parse.mistakes import explain_line
-
         raise RuleSheetError(explain_line(source, line, stopped.place, kind)) from None
     # a tree has no more levels than its text has characters
     trees = _trees(node, kind) if line.end - line.start > DEEPEST else ()

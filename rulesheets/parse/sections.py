@@ -11,6 +11,7 @@ from rulesheets.checks import MARK_SHAPE
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines, wrong_shape
+from rulesheets.parse.mistakes import contents, unknown_section
 from rulesheets.syntax import Source, Span, nodes
 
 _HEAD = re.compile(
@@ -107,8 +108,6 @@ class _Reading:
                 self.section = "variables"
             elif word in _ALMOST | {"rules"} and section != "function":
                 self.section = "rules"
-            from rulesheets.parse.mistakes import unknown_section
-
             raise RuleSheetError(unknown_section(lone[1], span))
         self._place_comments()
         if section == "units":
@@ -155,8 +154,6 @@ class _Reading:
             if self.section != _SKIPPED:
                 self._parameters(line)
         elif word in PLANNED:
-            from rulesheets.parse.mistakes import contents
-
             planned = contents()["planned"][word]
             self._place_comments()
             self.section = _SKIPPED

@@ -18,6 +18,7 @@ from typing import NamedTuple
 from rulesheets.checks import PLACES, marks_of
 from rulesheets.diagnosis import Diagnosis, Label, Severity, listed
 from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.format import format_expression
 from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE, Unit, library
 from rulesheets.model import Equation, Model, Variable
@@ -395,8 +396,6 @@ def _shown(node: Expression, place: Span) -> str:
     """An expression of the rule at a place, as written there."""
     if node.span is None:
         return "the figure"
-    from rulesheets.format import format_expression  # a message alone needs it
-
     return format_expression(node) if node.span == place else " ".join(node.span.text.split())
 
 
