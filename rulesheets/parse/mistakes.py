@@ -27,7 +27,7 @@ class Mistake(NamedTuple):
     message: str
     cure: str = ""
     label: str = ""
-    kinds: str = "rule row mark"
+    kinds: str = "rule"
     near: tuple[str, ...] = ()
 
 
