@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from enum import Enum
 from functools import partial
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
@@ -394,51 +393,44 @@ def check_head(function: nodes.Function) -> Iterator[Diagnosis]:
 # --- lines of figures: their kinds, the shape of each, and the names in them ------------
 
 
-class Arguments(Enum):
-    """The arguments that a line of a figure takes."""
-
-    COORDINATES = "two coordinates"
-    POINTS = "points of the figure"
-    DIRECTED = "a point of the figure and a direction in degrees"
-
-
 class Kind(NamedTuple):
     """A kind of line of a figure, with an example and ``least`` and ``most`` arguments.
 
-    ``named``: a name before the parentheses is required; otherwise it is an optional label.
+    The first ``points`` of them, or all, are points of the figure; ``takes`` says what they are
+    otherwise. ``named``: a name before the parentheses is required, else it is an optional label.
     """
 
-    shape: Arguments
     example: str
     least: int = 2
     most: int | None = 2
+    points: int | None = None
+    takes: str = ""
     named: bool = False
 
 
-_place = partial(Kind, Arguments.COORDINATES, named=True)
-_link = partial(Kind, Arguments.POINTS, most=None)
-_arrow = partial(Kind, Arguments.POINTS)
-_joint = partial(Kind, Arguments.DIRECTED)
+_place = partial(Kind, points=0, takes="two coordinates", named=True)
+_link = partial(Kind, most=None)
+_joint = partial(Kind, points=1, takes="a point of the figure and a direction in degrees")
 
 KINDS: dict[str, Kind] = {
     "point": _place("point A = (xA, yA)"),
     "pin": _place("pin O = (0, 0)"),  # to the ground
     "pole": _place("pole o = (0, 0)"),  # of a velocity or acceleration diagram
     "line": _link("line (O, A)"),  # a link, or a line through several points
-    "slot": _arrow("slot (C, D)"),  # a link with a slot along it
+    "slot": Kind("slot (C, D)"),  # a link with a slot along it
     "body": _link("body (U, T, W)", 3),  # a rigid link with three corners or more
     "slider": _joint("slider (B, 0)"),  # on a fixed straight guide
     "block": _joint("block (B, thetaCD)"),  # a slider on a moving link
     "trunnion": _joint("trunnion (E, thetaCD)"),  # a guide that turns about a fixed point
-    "vector": _arrow("vector vB = (o, b)"),
-    "normal": _arrow("normal aAn = (o1, a11)"),  # along a link: a normal acceleration
-    "tangential": _arrow("tangential vAB = (a, b)"),  # across a link: a velocity or an acceleration
-    "sliding": _arrow("sliding vS = (s, b)"),  # along a link or a guide
-    "coriolis": _arrow("coriolis (s1, k1)"),
+    "vector": Kind("vector vB = (o, b)"),
+    "normal": Kind("normal aAn = (o1, a11)"),  # along a link: a normal acceleration
+    "tangential": Kind("tangential vAB = (a, b)"),  # across a link: a velocity or an acceleration
+    "sliding": Kind("sliding vS = (s, b)"),  # along a link or a guide
+    "coriolis": Kind("coriolis (s1, k1)"),
 }
 """A table, so that a new kind needs no new grammar."""
 
-PLACES = frozenset(kind for kind, row in KINDS.items() if row.shape is Arguments.COORDINATES)
+PLACES = frozenset(kind for kind, row in KINDS.items() if row.points == 0)
 ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
 
 
@@ -452,10 +444,9 @@ def marks_of(figure: Figure) -> tuple[Mark, ...]:
 
 def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
     """The points that a line names, and the expressions that it evaluates."""
-    shape = KINDS[mark.kind].shape
-    named = {Arguments.COORDINATES: 0, Arguments.DIRECTED: 1}.get(shape, len(mark.arguments))
-    points = tuple(node for node in mark.arguments[:named] if isinstance(node, Name))
-    return points, mark.arguments[named:]
+    named = mark.arguments[: KINDS[mark.kind].points]
+    points = tuple(node for node in named if isinstance(node, Name))
+    return points, mark.arguments[len(named) :]
 
 
 def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diagnosis]:
@@ -521,16 +512,14 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
     count, message = len(mark.arguments), ""
     if kind.named and mark.name is None:
         message = f"this {mark.kind} has no name"
-    elif kind.shape is Arguments.DIRECTED and mark.name is not None:
+    elif kind.points == 1 and mark.name is not None:
         message = f"a {mark.kind} has no name of its own"
     elif count < kind.least or (kind.most is not None and count > kind.most):
-        points = plural(kind.least, "point") + ("" if kind.most else " or more")
-        expected = points if kind.shape is Arguments.POINTS else kind.shape.value
+        expected = kind.takes or plural(kind.least, "point") + ("" if kind.most else " or more")
         message = f"a {mark.kind} takes {expected}, not {count or 'none'}"
     if message:
         return error_at("E131", message, mark.span, f"write {kind.example}")
-    count = {Arguments.POINTS: count, Arguments.DIRECTED: 1}.get(kind.shape, 0)
-    for argument in mark.arguments[:count]:
+    for argument in mark.arguments[: kind.points]:
         if not isinstance(argument, Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"
             return error_at("E131", "this is not the name of a point", argument.span, note)

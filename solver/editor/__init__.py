@@ -12,7 +12,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import NamedTuple
 
-from rulesheets.checks import KINDS, Arguments
+from rulesheets.checks import KINDS
 from rulesheets.functions import TABLE
 from rulesheets.parse.layout import logical_lines
 from rulesheets.parse.sections import head_word
@@ -98,9 +98,9 @@ def _kinds(code: str, section: str, head: str) -> Iterator[tuple[re.Match[str], 
         kind, word = str(match.lastgroup), match.group().lower()
         called, ranged = (following.match(code, match.end()) for following in (_CALLED, _RANGE))
         if mark:
-            shape = KINDS[mark].shape
-            opened = word == "(" and shape is Arguments.COORDINATES
-            reckoned |= opened or (word == "," and shape is Arguments.DIRECTED)
+            points = KINDS[mark].points
+            opened = word == "(" and points == 0
+            reckoned |= opened or (word == "," and points == 1)
         if kind != "name":
             pass
         elif index == 0 and head:

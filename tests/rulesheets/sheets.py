@@ -6,7 +6,7 @@ import string
 
 from hypothesis import strategies as st
 
-from rulesheets.checks import KINDS, Arguments, Kind
+from rulesheets.checks import KINDS, Kind
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -169,12 +169,12 @@ coordinates = st.one_of(
 def marks_of_kind(kind: str, row: Kind):
     points = identifiers.map(Name)
     arguments = {
-        Arguments.COORDINATES: st.tuples(coordinates, coordinates),
-        Arguments.POINTS: tuples(points, row.least, row.most or row.least + 2),
-        Arguments.DIRECTED: st.tuples(points, coordinates),
-    }[row.shape]
+        0: st.tuples(coordinates, coordinates),
+        1: st.tuples(points, coordinates),
+        None: tuples(points, row.least, row.most or row.least + 2),
+    }[row.points]
     unnamed = st.none() if not row.named else st.nothing()
-    named = identifiers if row.shape is not Arguments.DIRECTED else st.nothing()
+    named = identifiers if row.points != 1 else st.nothing()
     return st.builds(Mark, st.just(kind), unnamed | named, arguments, comments)
 
 
