@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import Any, Generic, TypeVar, assert_never
+from typing import Any, Generic, TypeVar
 
 from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
 from rulesheets.functions import TABLE
@@ -30,11 +30,8 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
-    Symbol,
     add,
     call,
-    is_number,
-    names,
 )
 
 T = TypeVar("T")
@@ -256,46 +253,47 @@ def differentiate(expression: Expression, name: str) -> Expression:
     It is right wherever the expression is differentiable; at jumps and kinks it is that of one
     side.
     """
-    match expression:
-        case Name(found):
-            return ONE if found == name else ZERO
-        case Number() | Symbol():
-            return ZERO
-        case Negative(operand):
-            return -differentiate(operand, name)
-        case Sum(terms):
-            return add(*(differentiate(term, name) for term in terms))
-        case Product(Call("sgn"), root) if (signed := signed_root(expression)) is not None:
-            # the derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``
-            by_size = _power(root, ONE, ZERO) if isinstance(root, Power) else 1.0 / (2.0 * root)
-            return by_size * differentiate(signed, name)
-        case Product(left, right):
-            return differentiate(left, name) * right + left * differentiate(right, name)
-        case Quotient(left, right):
-            return (differentiate(left, name) - expression * differentiate(right, name)) / right
-        case Power(base, exponent):
-            return _power(expression, differentiate(base, name), differentiate(exponent, name))
-        case Call():
-            return _call(expression, name)
-        case _:
-            assert_never(expression)
+    return slopes_by_name(expression, (name,)).get(name, ZERO)
 
 
 def slopes_by_name(expression: Expression, of: Collection[str]) -> dict[str, Expression]:
-    """The partial derivatives by those of the names that occur, term by term: each term of a long
-    sum is differentiated by its own names alone."""
+    """The partial derivatives by those of the names that occur, all in one pass."""
     match expression:
+        case Name(name):
+            return {name: ONE} if name in of else {}
         case Negative(operand):
             return {name: -slope for name, slope in slopes_by_name(operand, of).items()}
-        case Sum(terms):
-            found: dict[str, list[Expression]] = {}
-            for term in terms:
-                for name, slope in slopes_by_name(term, of).items():
-                    found.setdefault(name, []).append(slope)
-            return {name: add(*slopes) for name, slopes in found.items()}
+        case Quotient(left, right):
+            above, below = slopes_by_name(left, of), slopes_by_name(right, of)
+            return {
+                name: (above.get(name, ZERO) - expression * below.get(name, ZERO)) / right
+                for name in above | below
+            }
+        case Product(Call("sgn"), root) if (signed := signed_root(expression)) is not None:
+            # the derivative of ``sqrt(abs(x))`` or ``abs(x)^p`` by ``abs(x)``
+            by_size = _outer(root)[0] if isinstance(root, Power) else 1.0 / (2.0 * root)
+            return {name: by_size * slope for name, slope in slopes_by_name(signed, of).items()}
+    inner = [slopes_by_name(part, of) for part in expression.parts]
+    found: dict[str, list[Expression]] = {}
+    outer = _outer(expression) if any(inner) else ()
+    for slopes, by in zip(inner, outer, strict=False):
+        for name, slope in slopes.items():
+            found.setdefault(name, []).append(by * slope)
+    return {name: add(*terms) for name, terms in found.items()}
+
+
+def _outer(expression: Any) -> tuple[Expression, ...]:
+    """The slopes of a sum, a product, a power or a call by its own parts."""
+    match expression:
+        case Product(left, right):
+            return right, left
+        case Power(base, exponent):
+            lower = Number(exponent.value - 1.0) if isinstance(exponent, Number) else exponent - 1.0
+            return exponent * base**lower, expression * call("ln", base)
+        case Call(function, arguments):
+            return TABLE[function].partials(arguments)
         case _:
-            read = dict.fromkeys(names(expression))
-            return {name: differentiate(expression, name) for name in read if name in of}
+            return (ONE,) * len(expression.parts)
 
 
 def signed_root(expression: Expression) -> Expression | None:
@@ -309,18 +307,3 @@ def signed_root(expression: Expression) -> Expression | None:
             return x if above else None
         case _:
             return None
-
-
-def _power(whole: Power, by_base: Expression, by_exponent: Expression) -> Expression:
-    base, exponent = whole.base, whole.exponent
-    lower = Number(exponent.value - 1.0) if isinstance(exponent, Number) else exponent - 1.0
-    return exponent * base**lower * by_base + whole * call("ln", base) * by_exponent
-
-
-def _call(expression: Call, name: str) -> Expression:
-    inner = [differentiate(argument, name) for argument in expression.arguments]
-    if all(is_number(slope, 0.0) for slope in inner):
-        return ZERO
-    outer = TABLE[expression.function].partials(expression.arguments)
-    pairs = zip(inner, outer, strict=True)
-    return add(*(by * slope for slope, by in pairs if not is_number(slope, 0.0)))
