@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import tomllib
 import unicodedata
 from collections.abc import Iterator
 from functools import cache
@@ -34,6 +33,8 @@ class Mistake(NamedTuple):
 @cache
 def contents() -> dict[str, Any]:
     """The contents of ``mistakes.toml``."""
+    import tomllib  # a right sheet does without
+
     with open(os.path.join(os.path.dirname(__file__), "mistakes.toml"), "rb") as file:
         return tomllib.load(file)
 
