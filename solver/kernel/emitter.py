@@ -103,8 +103,21 @@ class Emitter(CodeLines[str]):
 
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the arguments, in their order, that returns the values of these tokens."""
-        lines = [*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"]
-        return function_of(self.code(lines), self._arrays)
+        code = self.code([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
+        own = {POWER: np.power if self._arrays else _power}
+        known: dict[str, Any] = {
+            "__builtins__": {"ValueError": ValueError},
+            "nan": nan,
+            "inf": inf,
+            "clip": np.clip,
+        }
+        for token in code.co_names:
+            if token.startswith(CALLED):
+                name = token.removeprefix(CALLED)
+                known[token] = own.get(name) or (
+                    ARRAYS[name] if self._arrays else TABLE[name].value
+                )
+        return FunctionType(code, known)
 
     def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
         """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into
@@ -149,23 +162,6 @@ class Emitter(CodeLines[str]):
         if not arguments:
             return repr(TABLE[node.function].value())
         return self.temporary(f"{CALLED}{node.function}({', '.join(arguments)})")
-
-
-def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
-    """The function of code for floats, or for arrays, which calls those of the language by their
-    tokens."""
-    own = {POWER: np.power if arrays else _power}
-    known: dict[str, Any] = {
-        "__builtins__": {"ValueError": ValueError},
-        "nan": nan,
-        "inf": inf,
-        "clip": np.clip,
-    }
-    for token in code.co_names:
-        if token.startswith(CALLED):
-            name = token.removeprefix(CALLED)
-            known[token] = own.get(name) or (ARRAYS[name] if arrays else TABLE[name].value)
-    return FunctionType(code, known)
 
 
 def compile_expressions(
