@@ -8,7 +8,6 @@ from collections.abc import Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, SupportsFloat
 
-from rulesheets.checks import check_constant
 from rulesheets.diagnosis import (
     Diagnosis,
     Label,
@@ -55,6 +54,8 @@ def constant(expression: nodes.Expression) -> Value:
         message = f"{units[0]} stands inside an expression of numbers"
         note = "write one number with its unit, as in x = 3[in] [mm]"
         raise refusal("E461", message, expression.span, note)
+    from rulesheets.checks import check_constant  # a command with mere numbers starts without it
+
     refuse(check_constant(expression))
     if any(nodes.calls(expression)):
         expression = with_round_values(expression)
