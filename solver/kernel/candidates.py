@@ -5,10 +5,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import NamedTuple
 
 import numpy as np
 
+from rulesheets.evaluate import Undefined
+from rulesheets.evaluate.digits import context
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import calls
@@ -46,6 +49,8 @@ MOST_REPEATED = 48
 MOST_DULL = 12
 """Points whose refinement gives no new answer: a plateau that is 0 to rounding has infinitely
 many."""
+FAR_DIGITS, FARTHER = 60, 1e3
+"""Decimal digits of a number next to 1, and how much farther out a residual is compared."""
 REMOTE = 1e60
 """A size beyond all practical numbers."""
 
@@ -191,7 +196,7 @@ class Candidates:
         )
         if not multiple and any(repeated):  # most starts lead to an answer that is known
             return
-        if counted or self.has_root_nearby(point, found):
+        if counted or (self.has_root_nearby(point, found) and not self._recedes(point)):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
 
     def _has_fold(self, point: Mapping[str, float], errors: Sequence[float]) -> bool:
@@ -276,6 +281,27 @@ class Candidates:
             self._leave_unresolved(root)
         self.strays += verdict is RootCheck.NO_ROOT
         return verdict is RootCheck.STANDS
+
+    def _recedes(self, point: Mapping[str, float]) -> bool:
+        """Whether a point far out is only on the way to a root at infinity: farther out the
+        residual, followed along a chain in many digits, is nearer to 0 but not 0."""
+        kernel = self.problem.kernel
+        tear, *others = kernel.block.tears or kernel.unknowns
+        x = point[tear]
+        if others or not self.problem.is_far_out({tear: x}):
+            return False
+        from solver.kernel.chain import followed
+
+        # of 1/x its cube, too, is to count beside 1
+        digits = FAR_DIGITS + max(0, math.frexp(x)[1])
+        tears = [context(digits).mpf(v) for v in (x, FARTHER * x)]
+        misses = []
+        for chain in kernel.chains:
+            with suppress(Undefined, ArithmeticError, ValueError):
+                ends = (followed(chain, {**self.problem.here, tear: v}, digits) for v in tears)
+                misses.append([abs(end[chain.residuals[0]]) for end in ends])
+        here, beyond = min(misses, default=(0, 0))
+        return bool(0 < beyond < 2 * here)
 
     def _leave_unresolved(self, root: dict[str, float]) -> None:
         """Record a root that floats do not resolve."""
