@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from fractions import Fraction
 from math import isfinite, isqrt
+from random import Random
 from typing import Any
 
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
@@ -103,6 +104,46 @@ class Rationals(Arithmetic[Fraction]):
                 return known(function, number)
             case _:
                 raise Inexact(node.function)
+
+
+class Independent(Rationals):
+    """Rational numbers, and an arbitrary one for each irrational value: an expression that is 0
+    with them is 0 whatever these values are, as ``exp(a) - exp(a)``."""
+
+    numbers: dict[str, Fraction]
+
+    def __init__(self, numbers: dict[str, Fraction]) -> None:
+        super().__init__(numbers, None)
+        self._chosen, self._random = dict[Any, Fraction](), Random(0)
+
+    def is_zero(self, expression: Expression) -> bool:
+        with suppress(Inexact):
+            return self.of(expression) == 0
+        return False
+
+    def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
+        try:
+            return super().raised(node, base, exponent)
+        except Inexact:
+            return self._instead(Name("b") ** Name("e"), b=base, e=exponent)
+
+    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+        try:
+            return super().applied(node, arguments)
+        except Inexact:
+            named = {f"a{k}": number for k, number in enumerate(arguments)}
+            return self._instead(Call(node.function, tuple(map(Name, named))), **named)
+
+    def _instead(self, operation: Expression, **numbers: Fraction) -> Fraction:
+        """The number for a value, if there is one and it is finite."""
+        try:
+            finite = isfinite(value(operation, {name: float(v) for name, v in numbers.items()}))
+        except (Undefined, OverflowError):
+            finite = False
+        if not finite:
+            raise Inexact
+        key = operation, *numbers.values()
+        return self._chosen.setdefault(key, Fraction(self._random.getrandbits(64)))
 
 
 def known(function: str, number: Fraction) -> Fraction:

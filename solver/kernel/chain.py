@@ -438,7 +438,7 @@ def cleared(chain: Chain) -> Chain | None:
         isinstance(part, Quotient) and not moving.isdisjoint(nodes.names(part.right))
         for part in walk(item.expression)
     )
-    if not divided and is_number(below, 1.0):
+    if item.name not in moving or (not divided and is_number(below, 1.0)):
         return None
     return Chain(chain.tears, (*items[:-1], Assignment(item.name, above)), chain.residuals)
 
@@ -532,23 +532,33 @@ Scaled: TypeAlias = tuple[Expression, float]
 """A quantity q as q/|x|^d, and d."""
 
 
-def reciprocal(chain: Chain) -> Chain:
-    """The chain over v = 1/x in place of its tear x, each quantity divided by a power of |x|.
+def reciprocal(chain: Chain, sign: float, order: float = 1.0) -> tuple[Chain, float]:
+    """The chain over v = |x|^(-1/order) in place of its tear x of this sign, each quantity divided
+    by a power of |x|; and the order, 2 where roots of x would leave half powers of v, else 1.
 
     The residual has the same zeros. Where quantities grow as powers of x, their bounds stay narrow
     over all of v from 0 on, as (a + b*x)/(c + d*x) = (a*v + b)/(c*v + d) shows.
     """
     v = Name(chain.tears[0])
-    known: dict[str, Scaled] = {v.name: (Call("sgn", (v,)), 1.0)}
+    known: dict[str, Scaled] = {v.name: (Number(sign), order)}
     items = []
     for item in chain.assignments:
-        expression, degree = _scaled(item.expression, call("abs", v), known)
+        expression, degree = _scaled(item.expression, v, known)
         known[item.name] = Name(item.name), degree
         if degree:
             signs = (0.0 if item.low >= 0.0 else -inf), (0.0 if item.high <= 0.0 else inf)
             item = item._replace(low=signs[0], high=signs[1])
         items.append(item._replace(expression=expression))
-    return Chain(chain.tears, tuple(items), chain.residuals)
+    if order == 1.0 and any(_is_half_power(part, v) for i in items for part in walk(i.expression)):
+        return reciprocal(chain, sign, 2.0)
+    return Chain(chain.tears, tuple(items), chain.residuals), order
+
+
+def _is_half_power(part: Any, base: Expression) -> bool:
+    match part:
+        case Power(inside, Number(exponent)):
+            return inside == base and exponent % 1.0 == 0.5
+    return False
 
 
 def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Scaled:
@@ -574,6 +584,9 @@ def _scaled(node: Expression, v: Expression, known: Mapping[str, Scaled]) -> Sca
             return above / below, degree - less
         case Power(_, Number(exponent)), [(base, degree), _]:
             return base**exponent, degree * exponent
+        case Call("min" | "max" | "hypot" as function), _:
+            most = max(degree for _, degree in parts)
+            return call(function, *(over(part, most) for part in parts)), most
         case Call("sqrt" | "abs" as function), [(part, degree)]:
             return call(function, part), degree * (0.5 if function == "sqrt" else 1.0)
         case _:

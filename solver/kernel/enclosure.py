@@ -6,14 +6,19 @@ They are compiled on first use, to code for one box.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from fractions import Fraction
 from functools import cached_property
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
+from rulesheets.evaluate.exact import Independent, Inexact, exactly
+from rulesheets.functions import INTERVALS
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Name, Number, Quotient
+from rulesheets.syntax.nodes import Name, Number, Quotient, walk
 from solver.kernel.chain import (
+    LONGEST,
     Assignment,
     Chain,
     chosen,
@@ -61,8 +66,9 @@ def quotient(
 
 # --- a chain over boxes ---
 
-FAR = 4096.0
-"""The size from which boxes are also examined over reciprocals."""
+FAR, DECADES = 4096.0, 16.0
+"""The size from which boxes are also examined over reciprocals; and the quotient of the ends of
+nearer ones that are."""
 
 
 def _is_rootless(found: Interval) -> bool:
@@ -89,6 +95,7 @@ class Enclosure:
     ) -> None:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
+        self._point = tuple[float, ...](), Independent({})
 
     @cached_property
     def _slope(self) -> Chain:
@@ -134,19 +141,63 @@ class Enclosure:
     def _has_none_far(self, box: tuple[float, ...], known: Sequence[float]) -> bool:
         """Whether a box far from 0 has no root, using the reciprocal of the tear."""
         low, high, *others = box
-        if not (low >= FAR or high <= -FAR):
+        near, most = (low, high) if low > 0.0 else (-high, -low)
+        if near <= 0.0 or (near < FAR and most < DECADES * near):
             return False
-        return _is_rootless(self._far._range(*known)(*divide(1.0, 1.0, low, high), *others))
+        far, squared = self._far[low > 0.0]
+        ends = divide(1.0, 1.0, near, most)
+        ends = INTERVALS["sqrt"](*ends) if squared else ends
+        if _is_rootless(far._range(*known)(*ends, *others)):
+            return True
+        return not others and far.leaves_zero(0.0, (0.0, ends[1]), known)
 
-    def rises_or_falls(self, low: float, high: float, known: Sequence[float]) -> bool:
-        """Whether the numerator of the residual is monotone on a box."""
-        if self._of_numerator is None:
-            return False
-        ((least, most),) = self._of_numerator.slopes_over([(low, high)], known)
-        return least > 0.0 or most < 0.0
+    def leaves_zero(self, at: float, box: Interval, known: Sequence[float]) -> bool:
+        """Whether the numerator of the residual is exactly 0 at a point of a box and, by one of its
+        first derivatives, nowhere else in it."""
+        derivative, longest = self.numerator or self, inf
+        while derivative._length < longest:
+            ((least, most),) = derivative.slopes_over([box], known)
+            if not (-inf < least <= most < inf and derivative.is_zero_at(at, known)):
+                return False  # it may be undefined somewhere
+            if least > 0.0 or most < 0.0:
+                return True
+            derivative, longest = derivative._beside("slope", derivative._slope), LONGEST
+        return False
 
     @cached_property
-    def _of_numerator(self) -> Enclosure | None:
+    def _length(self) -> int:
+        return len(walk(*(item.expression for item in self._chain.assignments)))
+
+    def is_zero_at(self, x: float, known: Sequence[float]) -> bool:
+        """Whether the residual is exactly 0 at a point."""
+        return self.exactly_at(x, known).is_zero(Name(self._chain.residuals[0]))
+
+    def is_pole(self, x: float, known: Sequence[float]) -> bool:
+        """Whether a given number other than 0 is divided by exactly 0 at a point."""
+        point, given = self.exactly_at(x, known), self._exact(known)
+        for part in walk(*(item.expression for item in self._chain.assignments)):
+            if isinstance(part, Quotient) and point.is_zero(part.right):
+                with suppress(Inexact):
+                    if exactly(part.left, given):
+                        return True
+        return False
+
+    def exactly_at(self, x: float, known: Sequence[float]) -> Independent:
+        """The values of a chain at a point, that of the last one kept."""
+        if (x, *known) != self._point[0]:
+            point = Independent(self._exact(known) | {self._chain.tears[0]: Fraction(x)})
+            for item in self._chain.assignments:
+                with suppress(Inexact):
+                    point.numbers[item.name] = point.of(item.expression)
+            self._point = (x, *known), point
+        return self._point[1]
+
+    def _exact(self, known: Sequence[float]) -> dict[str, Fraction]:
+        return {n: Fraction(v) for n, v in zip(self._known, known, strict=True)}
+
+    @cached_property
+    def numerator(self) -> Enclosure | None:
+        """Bounds of the numerator of the residual, if it divides by something that varies."""
         return None if self.cleared is None else self._beside("numerator", self.cleared)
 
     def slopes_over(
@@ -163,8 +214,14 @@ class Enclosure:
         return tuple(self._beside(f"side {k}", side) for k, side in enumerate(sides(self._chain)))
 
     @cached_property
-    def _far(self) -> Enclosure:
-        return self._beside("far", reciprocal(self._chain))
+    def _far(self) -> dict[bool, tuple[Enclosure, bool]]:
+        """Bounds over |x|^(-1/n), and whether n is 2: of a positive tear x (True), and of a
+        negative one."""
+        found = {}
+        for sign in (-1.0, 1.0):
+            chain, order = reciprocal(self._chain, sign)
+            found[sign > 0.0] = self._beside(f"far {sign}", chain), order == 2.0
+        return found
 
     def _beside(self, name: str, chain: Chain) -> Enclosure:
         """Bounds for a chain derived from this one, compiled once for all that differ in names."""

@@ -22,7 +22,6 @@ from rulesheets.model import Value
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
-from solver.kernel.emitter import enclose
 from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
 from solver.numerics.tolerances import BACKWARD, BESIDE, EPS, SMALLEST_NORMAL
 from solver.path.graph import within_half_turns
@@ -178,14 +177,6 @@ class BlockProblem:
         """
         moved = {v.name: v.nearest(point[v.name]) for v in self.variables}
         return moved if moved != point and self.holds(moved) else point
-
-    def excludes(self, name: str, low: float, high: float) -> bool:
-        """Whether some rule has no solution with an unknown between two ends, whatever the others
-        are."""
-        box = {n: (v, v) for n, v in self.here.items() if isinstance(v, float)}
-        box |= {n: self.domain(n) for n in self.unknowns} | {name: (low, high)}
-        ranges = (enclose(form, box) for form in self.kernel.forms)
-        return not all(below <= 0.0 <= above for below, above in ranges)
 
     @cached_property
     def _free_turns(self) -> dict[str, float]:

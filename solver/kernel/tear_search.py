@@ -9,8 +9,6 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
-from fractions import Fraction
 from functools import cache, partial
 from itertools import pairwise
 from math import nan
@@ -19,9 +17,8 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
-from rulesheets.evaluate.exact import Inexact, exactly
 from rulesheets.functions.intervals import Interval
-from rulesheets.syntax.nodes import Expression, Number, calls, terms, walk
+from rulesheets.syntax.nodes import Number, calls, terms, walk
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import with_named_numbers
 from solver.kernel.block import BlockKernel
@@ -233,10 +230,11 @@ class TearSearch:
         return found
 
     def _holes(self, place: int) -> list[float]:
-        """The points where the residual is 0/0, of 0, 1 and the ends of the tear's domain."""
-        if self.kernel.enclosure(place).cleared is None:
-            return []
-        points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, self.problem.domain(self.tear))))
+        """The points where the residual is 0/0: of 0, 1, the ends of the tear's domain, and given
+        numbers at which floats have no value."""
+        (low, high), given = self.problem.domain(self.tear), self.problem.known
+        undefined = (x for x in given if low <= x <= high and self._along(place, x) is None)
+        points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
         beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x in holes)
         self.candidates.holes += [
@@ -250,7 +248,7 @@ class TearSearch:
         If its numerator is 0 there and monotone on a box, it is 0 nowhere else in it; and at such a
         point a rule divides by 0.
         """
-        if search.complete or not search.unresolved or self.kernel.enclosure(place).cleared is None:
+        if search.complete or not search.unresolved:
             return search
         holes = [
             x for x in dict.fromkeys(map(_short, search.unresolved)) if self._is_hole(place, x)
@@ -270,7 +268,7 @@ class TearSearch:
                 return True
             if any(box[0] <= one[0] and one[1] <= box[1] for one in no):
                 continue
-            monotone = self.kernel.enclosure(place).rises_or_falls(*box, self.problem.known)
+            monotone = self.kernel.enclosure(place).leaves_zero(hole, box, self.problem.known)
             (yes if monotone else no).append(box)
             if monotone:
                 return True
@@ -278,26 +276,12 @@ class TearSearch:
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the residual's numerator is exactly 0 at a point where a rule has no value."""
-        numerator = self.kernel.enclosure(place).cleared
-        values = {n: Fraction(v) for n, v in self.problem.here.items() if isinstance(v, float)}
-        values[self.tear] = Fraction(x)
-        assert numerator is not None
-        *items, residual = numerator.assignments
-        for item in items:
-            with suppress(Inexact):
-                values[item.name] = exactly(item.expression, values)
-
-        def is_zero(expression: Expression) -> bool:
-            try:
-                return exactly(expression, values) == 0
-            except Inexact:
-                return False
-
-        if not is_zero(residual.expression):
+        enclosure, known = self.kernel.enclosure(place), self.problem.known
+        numerator = enclosure.numerator
+        if numerator is None or not numerator.is_zero_at(x, known):
             return False
-        return any(map(is_zero, self.problem.kernel.divisors)) or self.problem.excludes(
-            self.tear, x, x
-        )
+        point = numerator.exactly_at(x, known)
+        return any(map(point.is_zero, self.problem.kernel.divisors)) or enclosure.is_pole(x, known)
 
     def _is_doubtful(self) -> bool:
         """Whether a search proves nothing: some number is so large or small that answers may lie

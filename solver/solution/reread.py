@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import product
+from itertools import chain, product
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
@@ -104,7 +104,8 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     limits_taken = tuple(Filled(*pair) for pair in filled.items())
     leaves = tuple(leaf.but(facts=(*leaf.branch.facts, *limits_taken)) for leaf in found.leaves)
     solved = tuple(leaf for leaf in leaves if leaf.solved)
-    if (solved and found.complete) or not (more := answers_between(asked, solved)):
+    whole = found.complete and not any(outcome.holes for outcome in found.outcomes.values())
+    if (solved and whole) or not (more := answers_between(asked, solved)):
         return by, replace(found, leaves=leaves)
     return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
@@ -546,7 +547,7 @@ def judged_again(
 ) -> tuple[Verdict, Exploration, Model]:
     """The verdict, its exploration, and the model as it was read for it, if they are better than a
     first ``verdict`` on what was ``found``. When the time is up, the last one."""
-    by = asked.model
+    by, refused = asked.model, (Status.FAILED, Status.INFEASIBLE)
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
             behind = without_vanishing_factors(asked, found, verdict, always=prove)
@@ -555,16 +556,17 @@ def judged_again(
         if limits:
             by, found = with_limits(asked, found)
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
-        elif verdict.status is Status.FAILED and verdict.leaves:
-            roots = (fact for fact in verdict.facts if isinstance(fact, NoRoot))
-            holes = (hole(asked, verdict.leaves[0], fact) for fact in roots)
+        if verdict.status in refused and verdict.leaves:
+            leaf, roots = verdict.leaves[0], (f for f in verdict.facts if isinstance(f, NoRoot))
+            beside = undefined_beside(asked, found, leaf.branch.values)
+            holes = chain(beside, (hole(asked, leaf, fact) for fact in roots))
             if undefined := tuple(filter(None, holes)):
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status is Status.FAILED and found.contradicted:
             verdict = contradicted_otherwise(asked, found) or verdict
-        refused = verdict.status in (Status.FAILED, Status.INFEASIBLE)
         # 0 whatever the unknown is: but where another factor is 0, it may have any value
         proven = verdict.status is Status.INFEASIBLE
-        if refused and (fixed := fixed_otherwise(asked, verdict.facts)) and (proven or fixed.value):
+        fixed = fixed_otherwise(asked, verdict.facts) if verdict.status in refused else None
+        if fixed and (proven or fixed.value):
             verdict = verdict._replace(status=Status.INCONSISTENT, facts=(fixed,))
     return verdict, found, by
