@@ -300,8 +300,7 @@ class Candidates:
             with suppress(Undefined, ArithmeticError, ValueError):
                 ends = (followed(chain, {**self.problem.here, tear: v}, digits) for v in tears)
                 misses.append([abs(end[chain.residuals[0]]) for end in ends])
-        here, beyond = min(misses, default=(0, 0))
-        return bool(0 < beyond < 2 * here)
+        return any(0 < beyond < 2 * here for here, beyond in sorted(misses)[:1])
 
     def _leave_unresolved(self, root: dict[str, float]) -> None:
         """Record a root that floats do not resolve."""

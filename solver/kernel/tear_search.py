@@ -7,7 +7,6 @@ followed in many digits, and its residual must be explained by the last places o
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
 from itertools import pairwise
@@ -124,9 +123,6 @@ class TearSearch:
         self.flat: list[tuple[int, float, float]] = []
         self.stretches: list[Undecided] = []
         self.doubts = self.lost = False
-        self._reach = defaultdict[tuple[int, float], tuple[list[Interval], list[Interval]]](
-            lambda: ([], [])
-        )
 
     @property
     def left(self) -> tuple[Interval, ...] | None:
@@ -258,21 +254,10 @@ class TearSearch:
         return search._replace(unresolved=left, touching=touching, complete=not left)
 
     def _is_monotone(self, place: int, holes: Sequence[float], low: float, high: float) -> bool:
-        """Whether the numerator of the residual is monotone from some hole over a box.
-
-        If it is so on a box it is on every part of it, and if it is not, it is on no larger box.
-        """
-        for hole in holes:
-            box, (yes, no) = (min(low, hole), max(high, hole)), self._reach[place, hole]
-            if any(one[0] <= box[0] and box[1] <= one[1] for one in yes):
-                return True
-            if any(box[0] <= one[0] and one[1] <= box[1] for one in no):
-                continue
-            monotone = self.kernel.enclosure(place).leaves_zero(hole, box, self.problem.known)
-            (yes if monotone else no).append(box)
-            if monotone:
-                return True
-        return False
+        """Whether the numerator of the residual is 0 nowhere on a box but at some hole."""
+        enclosure, known = self.kernel.enclosure(place), self.problem.known
+        boxes = ((hole, (min(low, hole), max(high, hole))) for hole in holes)
+        return any(enclosure.leaves_zero(hole, box, known) for hole, box in boxes)
 
     def _is_hole(self, place: int, x: float) -> bool:
         """Whether the residual's numerator is exactly 0 at a point where a rule has no value."""
