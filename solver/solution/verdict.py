@@ -279,7 +279,8 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     beyond = farthest is not None and all(
         len(leaf.branch.values) < len(farthest.values) for leaf in inside
     )
-    if inside and not (cases and beyond):  # a case in which more is known tells more
+    outside = any(not leaf.branch.on_boundary for leaf in found.outside_case)
+    if inside and not (cases and (beyond or outside)):  # a case in which more is known tells more
         return _contradicted(replace(found, contradicted=inside))
     if not found.complete:
         return Verdict(Status.FAILED, ())
