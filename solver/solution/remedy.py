@@ -289,11 +289,12 @@ def _is_open(asked: Asked, leaf: Leaf, name: str) -> bool:
 
 class Bound(NamedTuple):
     """The input ``name`` admits a solution where it is in ``relation`` (``≤``, ``>``, ``≠``) to
-    ``value``."""
+    ``value``; ``near``: that of a value near to it."""
 
     name: str
     relation: str
     value: float
+    near: Mapping[str, float] = {}
 
 
 def bounds(
@@ -313,25 +314,39 @@ def bounds(
 
 def _suffices(asked: Asked, bound: Bound, patience: Patience) -> bool:
     """Whether the whole has a solution at a bound, or next to it."""
-    name, relation, value = bound
+    name, relation, value, _ = bound
     inward = {"<": -LOOSELY, ">": LOOSELY}.get(relation, 0.0)
     value += inward * abs(value or float(asked.inputs[name]))
-    return relation == "≠" or _Trials(asked, name, patience).anywhere(value)
+    trials = _Trials(asked, name, patience, bound.near)
+    return relation == "≠" or trials.beside(value) or trials.anywhere(value)
+
+
+def _as_it_stands(asked: Asked, patience: Patience) -> Mapping[str, float]:
+    """The numbers of a solution of the sheet with its own inputs, if these are not those that were
+    asked."""
+    own = {n: v.value for n, v in asked.model.variables.items() if v.value is not None}
+    if own == asked.inputs:
+        return {}
+    whole = Asked(asked.model, own, None, {}, tuple(asked.inputs))
+    tried = explore(whole, brief=True, enough=lambda leaf: leaf.solved)
+    leaves = (leaf.branch.values for leaf in patience.shown(tried).leaves if leaf.solved)
+    return {n: v for n, v in next(leaves, {}).items() if isinstance(v, float)}
 
 
 def _limits(asked: Asked, names: Sequence[str], patience: Patience) -> tuple[Bound, ...]:
-    turn, found = planner(asked.model).graph.turn, []
+    turn, found, stands = planner(asked.model).graph.turn, [], _as_it_stands(asked, patience)
     for name in names:
         given, own = asked.inputs[name], asked.model.variables[name].value
         if not isinstance(given, float) or patience.lost:
             continue
-        positive = given == own and given > 0.0 and turn(name) is None
-        trials = _Trials(asked, name, patience, positive=positive)
+        trials = _Trials(asked, name, patience, stands=stands)
+        trials.positive = given == own and given > 0.0 and turn(name) is None
         trials.most = max(turn(name) or math.inf, abs(given))
-        unchanged = not isinstance(own, float) or own == given
         values = [given + change * (given or 1.0) for change in CHANGES]
         others = [given + change * (given or 1.0) for change in OTHER_SIGNS]
-        bound = _bound(trials, given, (*(() if unchanged else (own,)), *values, *others))
+        first = (own,) if isinstance(own, float) and own != given else ()
+        last = (stands[name],) if name in stands and stands[name] not in (own, given) else ()
+        bound = _bound(trials, given, (*first, *values, *others, *last))
         if bound is not None and not patience.lost:
             found.append(bound)
             trials.known = {}  # a solution on this side leads to none beyond the gap
@@ -348,12 +363,16 @@ def found_near(
 ) -> tuple[tuple[str, float], ...]:
     """Values of single inputs near the given ones, where Newton's method leads to a solution from
     the nearest ``miss``: for each input the nearest value that a short search tells."""
-    found, changes = [], sorted((*CHANGES, *OTHER_SIGNS), key=abs)
+    found, changes = list[tuple[str, float]](), sorted((*CHANGES, *OTHER_SIGNS), key=abs)
+    stands = _as_it_stands(asked, patience)
     for name in names:
-        given, trials = asked.inputs[name], _Trials(asked, name, patience, miss)
+        given, own = asked.inputs[name], stands.get(name)
+        trials = _Trials(asked, name, patience, miss, stands)
         if not isinstance(given, float):
             continue
-        values = (given + change * (given or 1.0) for change in changes)
+        values = [given + change * (given or 1.0) for change in changes]
+        if own is not None and trials.anywhere(own, stands):
+            values.insert(0, own)
         if (edge := _edge(trials, given, values, LOOSELY)) is not None:
             short = rounded(edge, 3)
             # at a fold itself two answers coincide
@@ -365,7 +384,8 @@ def found_near(
 class _Trials:
     """Whether there is a solution at other values of one input, or at ``positive`` ones; ``known``
     is the last one that was found, ``isolated`` or not, or a point to begin at, and a search for
-    all of them is ``dear`` if one without success took long. ``most`` is the largest size."""
+    all of them is ``dear`` if one without success took long. ``most`` is the largest size. For the
+    value that the sheet as it ``stands`` leads to, its solution is one to begin at."""
 
     def __init__(
         self,
@@ -373,16 +393,17 @@ class _Trials:
         name: str,
         patience: Patience,
         known: Mapping[str, float] = {},
-        positive: bool = False,
+        stands: Mapping[str, float] = {},
     ) -> None:
         self.asked, self.name, self.patience = asked, name, patience
-        self.known, self.positive, self.dear = known, positive, False
+        self.known, self.stands, self.positive, self.dear = known, stands, False, False
         self.isolated, self.most = False, math.inf
         self.found: list[tuple[float, Mapping[str, float]]] = []
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
-        return self.anywhere(value, self.known)
+        guesses = self.stands if value == self.stands.get(self.name) else {}
+        return self.anywhere(value, self.known or guesses)
 
     def anywhere(self, value: float, guesses: Mapping[str, float] = {}) -> bool:
         """Whether there is one at all, or one that Newton's method leads to from the guesses."""
@@ -413,6 +434,7 @@ def _bound(trials: _Trials, given: float, values: Iterable[float]) -> Bound | No
     """
     name, feasible = trials.name, trials.anywhere
     size, edge = abs(given) or 1.0, _edge(trials, given, values)
+    size = min(size, abs(trials.stands.get(name, 0.0)) or size)
     if edge is None:
         return None
     inward = 1.0 if edge > given else -1.0
@@ -428,13 +450,14 @@ def _bound(trials: _Trials, given: float, values: Iterable[float]) -> Bound | No
         edge = _closed_in(trials, nearer, points[points.index(nearer) - 1])
     shown = 0.0 if abs(edge) <= ROUGH * size and given != 0.0 else rounded(edge, DIGITS)
     if shown != given and trials.beside(shown):
-        return Bound(name, "≥" if inward > 0 else "≤", shown)
+        return Bound(name, "≥" if inward > 0 else "≤", shown, trials.known)
     near = ROUGH if shown == rounded(edge, 4) else CLOSELY * LOOSELY
     if abs(shown - edge) <= near * abs(edge) or trials.beside(shown + inward * NEAR * size):
-        return Bound(name, ">" if inward > 0 else "<", shown)
+        return Bound(name, ">" if inward > 0 else "<", shown, trials.known)
     unit = 10.0 ** (math.floor(math.log10(abs(edge))) + 1 - DIGITS) if edge else 1.0
     shown = rounded((math.ceil if inward > 0 else math.floor)(edge / unit) * unit)
-    return Bound(name, "≥" if inward > 0 else "≤", shown) if feasible(shown) else None
+    relation = "≥" if inward > 0 else "≤"
+    return Bound(name, relation, shown, trials.known) if feasible(shown) else None
 
 
 def _edge(
@@ -459,9 +482,12 @@ def _closed_in(trials: _Trials, inside: float, outside: float, close: float = CL
     """
     if inside * outside <= 0.0:  # zero is where many of them end
         tiny = math.copysign(NEAR * abs(outside or inside), inside or outside)
-        if trials.anywhere(tiny) is bool(inside):
+        if trials.anywhere(tiny) is not bool(inside):
+            inside, outside = (inside, tiny) if inside else (tiny, outside)
+        elif inside * outside < 0.0 and trials.beside(-tiny):
+            inside = -tiny
+        else:
             return tiny if inside else 0.0
-        inside, outside = (inside, tiny) if inside else (tiny, outside)
     outsides, steps, end = [outside], 0, math.nan
     while True:
         outside, before, end = outsides[-1], end, _end(trials, inside, outsides[-1])
