@@ -95,7 +95,7 @@ class Enclosure:
     ) -> None:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
-        self._point = tuple[float, ...](), Independent({})
+        self._at, self._points = tuple[float, ...](), dict[float, Independent]()
 
     @cached_property
     def _slope(self) -> Chain:
@@ -161,8 +161,12 @@ class Enclosure:
                 return False  # it may be undefined somewhere
             if least > 0.0 or most < 0.0:
                 return True
-            derivative, longest = derivative._beside("slope", derivative._slope), LONGEST
+            derivative, longest = derivative._derivative, LONGEST
         return False
+
+    @cached_property
+    def _derivative(self) -> Enclosure:
+        return self._beside("derivative", self._slope)
 
     @cached_property
     def _length(self) -> int:
@@ -183,14 +187,17 @@ class Enclosure:
         return False
 
     def exactly_at(self, x: float, known: Sequence[float]) -> Independent:
-        """The values of a chain at a point, that of the last one kept."""
-        if (x, *known) != self._point[0]:
+        """The values of a chain at a point, kept while the ``known`` numbers are the same."""
+        if tuple(known) != self._at:
+            self._at = tuple(known)
+            self._points.clear()
+        if x not in self._points:
             point = Independent(self._exact(known) | {self._chain.tears[0]: Fraction(x)})
             for item in self._chain.assignments:
                 with suppress(Inexact):
                     point.numbers[item.name] = point.of(item.expression)
-            self._point = (x, *known), point
-        return self._point[1]
+            self._points[x] = point
+        return self._points[x]
 
     def _exact(self, known: Sequence[float]) -> dict[str, Fraction]:
         return {n: Fraction(v) for n, v in zip(self._known, known, strict=True)}
