@@ -557,10 +557,11 @@ def judged_again(
             by, found = with_limits(asked, found)
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         if verdict.status in refused and verdict.leaves:
-            leaf, roots = verdict.leaves[0], (f for f in verdict.facts if isinstance(f, NoRoot))
+            leaf = verdict.leaves[0]
             beside = undefined_beside(asked, found, leaf.branch.values)
+            roots = (f for f in verdict.facts if isinstance(f, NoRoot) and not f.proven)
             holes = chain(beside, (hole(asked, leaf, fact) for fact in roots))
-            if undefined := tuple(filter(None, holes)):
+            if undefined := tuple(h for h in holes if h is not None and h.limit is not None):
                 verdict = Verdict(Status.SINGULAR, verdict.leaves, undefined)
         if verdict.status is Status.FAILED and found.contradicted:
             verdict = contradicted_otherwise(asked, found) or verdict
