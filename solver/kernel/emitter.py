@@ -375,11 +375,14 @@ class IntervalEmitter(CodeLines[Pair]):
     def divided(self, node: Quotient, above: Pair, below: Pair) -> Pair:
         """A quotient, also divided by a factor on both sides, which then occurs once less."""
         found = self.apply("divide", above, below)
+        match node:
+            case Quotient(Power(a, exponent), Power(b, other)) if exponent == other:
+                found = self.apply("both", found, self.of(Power(a / b, exponent)))
         for part, *sides in shared_factors(node):
             x = self.of(part)
             if x[0] not in self._fixed:
                 over = [
-                    self.apply("add", self.of(having), self.apply("divide", self.of(others), x))
+                    self.apply("add", self.of(having), self.of(Quotient(others, part)))
                     for having, others in sides
                 ]
                 found = self.apply("both", found, self.apply("divide", *over))

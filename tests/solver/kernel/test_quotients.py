@@ -130,6 +130,8 @@ DIFFERENCES = (
     "((u^2 - 1)^1.5 - (v^2 - 1)^1.5)/(u - v)",
     "(abs(u) - abs(v))/(u - v)",
     "(sin(u) - sin(v))/(atan(u) - atan(v))",
+    "u^v/a^v",
+    "a^u/(v^u + a^u)",
 )
 
 
@@ -170,6 +172,16 @@ def test_a_mean_difference_of_temperature_has_one_answer(
     result = solver.solve(rulesheets.loads(text), {n: v for n, v in given.items() if v is not None})
     assert str(result.status) == "solved" and len(result.solutions) == 1
     assert result.complete or abs(dT1 / dT2 - 1.0) < 1e-4
+
+
+@pytest.mark.parametrize(("n", "C"), [(1.5, 2.5), (3.0, 0.7), (-0.4, 11.0)])
+def test_an_exponent_that_a_quotient_of_powers_gives_is_the_only_one(n: float, C: float) -> None:
+    """Hill's equation: C^n/(K^n + C^n) rises or falls with n, and tends to 0 and 1."""
+    model = rulesheets.loads("rules\n  E = 100*C^n/(K^n + C^n)\n")
+    E = 100 * C**n / (2**n + C**n)
+    result = solver.solve(model, {"C": C, "K": 2.0, "E": E})
+    assert [answer["n"] for answer in result.solutions] == pytest.approx([n], rel=1e-12)
+    assert result.complete
 
 
 def test_what_a_product_with_zero_leaves_open_divides_as_any_number() -> None:
