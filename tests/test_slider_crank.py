@@ -6,6 +6,7 @@ import math
 import random
 from collections.abc import Iterator
 from functools import cache
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +18,7 @@ import solver
 from rulesheets.variables import read_variable_sheet
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
+from tests.sampling import sampled
 
 MODELS = Path(__file__).parent.parent / "models"
 AS_PRINTED, SLOPE_FREE = "offset_slider_crank", "offset_slider_crank_slope_free"
@@ -279,9 +281,10 @@ SCANNED = {
 }
 
 
-@pytest.mark.parametrize("share", [1.0, 0.6])
-@pytest.mark.parametrize("wanted", SCANNED)
-@pytest.mark.parametrize("quantity", ["omegaAB", "alphaAB", "aB"])
+@pytest.mark.parametrize(
+    ("quantity", "wanted", "share"),
+    sampled([*product(("omegaAB", "alphaAB", "aB"), SCANNED, (1.0, 0.6))], 3),
+)
 def test_all_positions_with_a_given_motion(quantity: str, wanted: str, share: float) -> None:
     """Whatever is asked for, the answers are those of the closed form: none at a case of the sheet
     where other rules contradict the given number."""

@@ -13,7 +13,6 @@ SAMPLE = {
     "models": 60,
     "corpus": 7,
     "redistributions": 8,
-    "standard": 7,
     "everyday": 50,
     "want": 60,
 }

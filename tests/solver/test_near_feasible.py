@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ import pytest
 import rulesheets
 import solver
 from rulesheets.model import Value
+from tests.sampling import sampled
 
 MODELS = Path(__file__).parent.parent.parent / "models"
 HAIRS = (-1, 1)
@@ -107,8 +109,7 @@ LINE_AND_PARABOLA = (
 
 
 @pytest.mark.parametrize("rules", LINE_AND_PARABOLA)
-@pytest.mark.parametrize("a", [2.5, -0.0371])
-@pytest.mark.parametrize("gap", [3e-13, 1e-12])
+@pytest.mark.parametrize(("a", "gap"), sampled([*product((2.5, -0.0371), (3e-13, 1e-12))], 3))
 def test_a_line_that_misses_a_parabola_does_not_touch_it(rules: str, a: float, gap: float) -> None:
     b, m, c = 1.31, -2.7, 41.5
     k = c - (b - m) ** 2 / (4 * a)

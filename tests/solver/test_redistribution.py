@@ -12,6 +12,7 @@ import pytest
 import solver
 from tests.oracles.random_sheets import EPS, backward_error
 from tests.oracles.redistribution import Choice, Sheet, sheet, well_posed_choice
+from tests.sampling import sampled
 
 AS_PRINTED, SLOPE_FREE = "offset_slider_crank", "offset_slider_crank_slope_free"
 
@@ -32,25 +33,25 @@ def assert_comes_back(of: Sheet, choice: Choice) -> None:
     assert_true_success(of, result)
 
 
-@pytest.mark.parametrize("seed", [2, 6, 15, 23, 30, 34])
+@pytest.mark.parametrize("seed", sampled([2, 6, 15, 23, 30, 34], 2))
 def test_any_inputs_of_the_sheet_as_printed(seed: int) -> None:
     of = sheet(AS_PRINTED)
     assert_comes_back(of, well_posed_choice(of, of.posted, seed))
 
 
-@pytest.mark.parametrize("seed", [0, 8, 11, 18, 25])
+@pytest.mark.parametrize("seed", sampled([0, 8, 11, 18, 25], 2))
 def test_any_inputs_of_the_sheet_without_slopes(seed: int) -> None:
     of = sheet(SLOPE_FREE)
     assert_comes_back(of, well_posed_choice(of, of.posted, seed))
 
 
-@pytest.mark.parametrize("seed", [4, 11, 22, 30, 36])
+@pytest.mark.parametrize("seed", sampled([4, 11, 22, 30, 36], 2))
 def test_any_inputs_locals_included_as_printed(seed: int) -> None:
     of = sheet(AS_PRINTED)
     assert_comes_back(of, well_posed_choice(of, of.numbers, seed))
 
 
-@pytest.mark.parametrize("seed", [5, 15, 20, 24, 38])
+@pytest.mark.parametrize("seed", sampled([5, 15, 20, 24, 38], 2))
 def test_any_inputs_locals_included_without_slopes(seed: int) -> None:
     of = sheet(SLOPE_FREE)
     assert_comes_back(of, well_posed_choice(of, of.numbers, seed))

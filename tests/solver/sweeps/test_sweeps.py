@@ -379,17 +379,18 @@ def test_rows_and_calls_beyond_reach_have_the_status_of_their_solves() -> None:
     """From 14 rad/s down no size of the link gives the speed that is asked for."""
     model = rulesheets.load(ROOT / "models" / "oscillating_cylinder" / "model.tk")
     given = {"xs": solver.solve(model).solutions[0]["xs"], "BO": None}
-    speeds = np.array([16.0, *np.linspace(12.0, 5.0, 3), 15.0])
+    speeds = np.array([16.0, 12.0, 5.0, 15.0])
     plan = solver.prepare(model, ["omegaBO"], given=given)
     table = plan.sweep(speeds)
     alone = [
         str(solver.solve(model, {**given, "omegaBO": speed}).status) for speed in speeds.tolist()
     ]
-    assert [WORDS[code] for code in table.status] == alone == ["solved", *["failed"] * 3, "solved"]
-    for speed in (9.5, 5.5):
-        with pytest.raises(solver.Unsolved) as refused:
-            plan(speed)
-        assert str(refused.value.status) == "failed"
+    assert (
+        [WORDS[code] for code in table.status] == alone == ["solved", "failed", "failed", "solved"]
+    )
+    with pytest.raises(solver.Unsolved) as refused:
+        plan(9.5)
+    assert str(refused.value.status) == "failed"
     assert plan(14.5) == pytest.approx(plan.all(14.5)[0])
 
 
