@@ -1,18 +1,24 @@
 """Models: read from files and texts, and kept on disk.
 
 A file that the same code has read before, with the same used files, is neither parsed nor checked
-again. Neither the grammar nor lark is then imported, which saves a third of the start of a command.
+again. Neither the grammar nor lark is then imported, which saves a fifth of the start of a command.
+Results about a kept model that do not depend on numbers can be kept, too.
 """
 
 from __future__ import annotations
 
 import gc
+import marshal
 import os
 import pickle
 import sys
+from collections.abc import Callable
 from contextlib import suppress
 from functools import cache
 from importlib.machinery import PathFinder
+from io import BytesIO
+from types import FunctionType
+from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.files import MAIN_SHEET, confined, find_sheet, outside, read_source
@@ -92,6 +98,7 @@ def _model(
         if kept is not None:
             found: tuple[Model, list[Source], dict[str, str]] = pickle.loads(kept)
             if _current(*found[1:], within):
+                found[0].__dict__["_key"] = key, found[1]
                 return found[0]
         from rulesheets.build import build, gather  # with them comes lark
 
@@ -103,10 +110,60 @@ def _model(
                 _ = model.unit_warnings  # which commands ask for
                 made = model, program.texts, program.links
                 save("model", key, pickle.dumps(made, pickle.HIGHEST_PROTOCOL))
+                model.__dict__["_key"] = key, program.texts
         return model
     finally:
         if collecting:
             gc.enable()
+
+
+def _part(place: int) -> None:
+    """Stands in a pickle for a part of the model: ``_Unpickler`` reads it."""
+
+
+class _Pickler(pickle.Pickler):
+    """Pickles a reference instead of a rule, and the source of a compiled function."""
+
+    def __init__(self, file: BytesIO, model: Model) -> None:
+        super().__init__(file, pickle.HIGHEST_PROTOCOL)
+        self.places = {id(part): place for place, part in enumerate((model, *model.equations))}
+
+    def reducer_override(self, part: Any) -> Any:
+        if id(part) in self.places:
+            return _part, (self.places[id(part)],)
+        again = getattr(part, "again", None) if isinstance(part, FunctionType) else None
+        return NotImplemented if again is None else (again, (marshal.dumps(part.__code__),))
+
+
+class _Unpickler(pickle.Unpickler):
+    def __init__(self, data: bytes, model: Model) -> None:
+        super().__init__(BytesIO(data))
+        self.parts = model, *model.equations
+
+    def find_class(self, module: str, name: str) -> Any:
+        return self.parts.__getitem__ if name == "_part" else super().find_class(module, name)
+
+
+def _question(model: Model, question: str) -> bytes:
+    """The cache key of the results about a model; empty for one that is not kept."""
+    key: bytes
+    key, texts = model.__dict__.get("_key", (b"", ()))
+    return key and key + repr((question, [(text.name, text.text) for text in texts])).encode()
+
+
+def recall(model: Model, question: str) -> None:
+    """Attach to a model the cached results for the same question."""
+    if (key := _question(model, question)) and (kept := look_up("found", key)):
+        model.__dict__.update(_Unpickler(kept, model).load())
+
+
+def keep(model: Model, question: str, *once: Callable[[Model], object]) -> None:
+    """Keep the ``once`` results of these functions for a model, if all can be pickled."""
+    if key := _question(model, question):
+        file, found = BytesIO(), {function.__name__: function(model) for function in once}
+        with suppress(AttributeError, TypeError, RecursionError, pickle.PicklingError):
+            _Pickler(file, model).dump(found)
+            save("found", key, file.getvalue())
 
 
 @cache

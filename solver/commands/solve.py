@@ -15,7 +15,7 @@ from typing import Any
 from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
 from rulesheets.inputs import override, variable_named
-from rulesheets.loading import load
+from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
 from solver.commands import (
@@ -25,10 +25,13 @@ from solver.commands import (
     WANTED,
     Command,
     Option,
+    Request,
     answered,
     load_sheet,
     read_request,
 )
+from solver.path.planner import planner
+from solver.ranking.signs import signs_of
 from solver.report.sheet import (
     MOST_WARNINGS,
     diagnosis_json,
@@ -73,14 +76,31 @@ name NAME     the variable to explain; a local by its full name
 | --latex     print LaTeX
 """
 
+_CODE = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+
+
+def remembered(asked: Request, **options: bool) -> Result:
+    """Solve with the cached results for the same names, which do not depend on numbers.
+
+    A new path is kept with what belongs to it.
+    """
+    model, inputs, want, guesses = asked.model, asked.inputs, asked.want, asked.guesses
+    cleared = sorted((name, value is None) for name, value in inputs.items())
+    question = repr((stamp(_CODE), cleared, want))
+    recall(model, question)
+    known = len(planner(model).paths)
+    result = solve(model, inputs, want, guesses, **options)
+    if len(planner(model).paths) > known:
+        keep(model, question, planner, signs_of)
+    return result
+
 
 def _solve(arguments: Namespace) -> int:
     """Solve, write, print; the exit code is that of the status."""
     request = read_request(arguments)
     if arguments.output:
         request.expect_output(arguments.output)
-    options = {"prove": arguments.prove, "limits": arguments.limits}
-    result = solve(request.model, request.inputs, request.want, request.guesses, **options)
+    result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
         from solver.files import write_file
 

@@ -30,6 +30,18 @@ FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
 DENSE = 300
 """Unknowns of a block beyond which its matrix is taken as a sparse one."""
+KEPT = (
+    "graph",
+    "block",
+    "equations",
+    "unknowns",
+    "known",
+    "closed",
+    "degrees",
+    "divisors",
+    "repeating",
+)
+"""The parts of a block that are kept for another run."""
 T = TypeVar("T")
 
 
@@ -52,6 +64,13 @@ class BlockKernel:
         self._shared: dict[Any, Any] = (
             kept.setdefault(("alike", self._pattern()), {}) if few else {}
         )
+
+    def __getstate__(self) -> dict[str, Any]:
+        """Pickled without functions of arrays and of intervals, and parts that are quickly
+        recomputed."""
+        found = {name: self.__dict__[name] for name in KEPT if name in self.__dict__}
+        shared = {key: part for key, part in self._shared.items() if not isinstance(part, dict)}
+        return {**found, "_enclosures": {}, "_shared": shared}
 
     def _pattern(self) -> tuple[Any, ...]:
         """The block with places for names: results about it hold for all blocks of the same

@@ -3,6 +3,7 @@ parts computed once."""
 
 from __future__ import annotations
 
+import marshal
 import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
@@ -103,21 +104,8 @@ class Emitter(CodeLines[str]):
 
     def function(self, results: Iterable[str]) -> Callable[..., Any]:
         """A function of the arguments, in their order, that returns the values of these tokens."""
-        code = self.code([*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"])
-        own = {POWER: np.power if self._arrays else _power}
-        known: dict[str, Any] = {
-            "__builtins__": {"ValueError": ValueError},
-            "nan": nan,
-            "inf": inf,
-            "clip": np.clip,
-        }
-        for token in code.co_names:
-            if token.startswith(CALLED):
-                name = token.removeprefix(CALLED)
-                known[token] = own.get(name) or (
-                    ARRAYS[name] if self._arrays else TABLE[name].value
-                )
-        return FunctionType(code, known)
+        lines = [*self.lines, f"return ({''.join(f'{token}, ' for token in results)})"]
+        return function_of(self.code(lines), self._arrays)
 
     def bound(self, name: str, low: float, high: float, low_open: bool, high_open: bool) -> None:
         """Raise ValueError if the value called ``name`` lies outside the range, or move arrays into
@@ -162,6 +150,31 @@ class Emitter(CodeLines[str]):
         if not arguments:
             return repr(TABLE[node.function].value())
         return self.temporary(f"{CALLED}{node.function}({', '.join(arguments)})")
+
+
+def function_of(code: CodeType, arrays: bool = False) -> Callable[..., Any]:
+    """The function of code for floats, or for arrays, which calls those of the language by their
+    tokens."""
+    own = {POWER: np.power if arrays else _power}
+    known: dict[str, Any] = {
+        "__builtins__": {"ValueError": ValueError},
+        "nan": nan,
+        "inf": inf,
+        "clip": np.clip,
+    }
+    for token in code.co_names:
+        if token.startswith(CALLED):
+            name = token.removeprefix(CALLED)
+            known[token] = own.get(name) or (ARRAYS[name] if arrays else TABLE[name].value)
+    made = FunctionType(code, known)
+    if not arrays:
+        made.__dict__["again"] = made_again  # what ``rulesheets.loading`` keeps it by
+    return made
+
+
+def made_again(code: bytes) -> Callable[..., Any]:
+    """A function of floats from cached code."""
+    return function_of(marshal.loads(code))
 
 
 def compile_expressions(

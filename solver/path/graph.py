@@ -31,7 +31,6 @@ from rulesheets.syntax.nodes import (
     walk,
 )
 from solver.path import Isolation, SolveBlock, Step, equations_of, given_by
-from solver.path.isolate import isolate
 
 FOLDING = (0.0, 1.0, -1.0)
 """Numbers that an isolation does away with."""
@@ -189,6 +188,15 @@ class ModelGraph:
         self.torn: dict[Any, Any] = {}
         self.generic: dict[Any, Any] = {}
 
+    def __getstate__(self) -> dict[str, object]:
+        """Pickled without data that only building paths and blocks of one pattern need."""
+        kernels = {
+            key: kernel for key, kernel in self.kernels.items() if isinstance(key, SolveBlock)
+        }
+        lost = "_efforts", "_isolated", "torn", "generic"
+        emptied: dict[str, object] = {key: {} for key in lost}
+        return {**self.__dict__, **emptied, "kernels": kernels}
+
     @cached_property
     def users(self) -> Mapping[str, Sequence[int]]:
         """Equations that contain a variable, in their body or their guard."""
@@ -213,6 +221,8 @@ class ModelGraph:
         names, in the order of those of this one."""
         key = (equation, variable)
         if key not in self._isolations:
+            from solver.path.isolate import isolate  # most are kept from an earlier run
+
             body, unknown = self.model.equations[equation], self.names[variable]
             if unknown not in body.names:
                 return None, body.names

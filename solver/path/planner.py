@@ -9,7 +9,6 @@ from typing import Any, NamedTuple
 
 from rulesheets.model import Model, Premise, Value, once
 from solver.path import Assume, Check, Decide, Path, SolveBlock, equations_of, given_by
-from solver.path.building import Building
 from solver.path.cases import compatible, outcomes, value_said
 from solver.path.graph import ModelGraph
 
@@ -37,6 +36,8 @@ class Planner:
         """
         key = known, frozenset(decided.items()), inactive, want, required
         if key not in self.paths:
+            from solver.path.building import Building  # most paths are kept from an earlier run
+
             self.paths[key] = Building(self.graph, known, decided, inactive, want, required).run()
         return self.paths[key]
 
