@@ -3,14 +3,14 @@ listed.
 
 In this order: nearest to the guesses; fewest angles of a given tangent beyond a right one; fewest
 negative values (angles aside, and variables whose declared range reaches below 0; a temperature,
-mass or pressure below its zero counts double), a trivial zero and a factor of 0 counting as one;
-the smoothest, where rules of one form pass a quantity on from place to place; fewest angles beyond
-a right one, or beside the values of the inverse function where their sine or cosine is known; sizes
-near to those that the rules and the inputs suggest, within half a decade of the nearest; angles,
-and times and frequencies inside periodic functions, nearest to 0; the nearest sizes; and for what
-is still alike, fewest negative angles, and the variables one by one, in the order of their names.
-Away from guesses, answers with a number of unlikely size come after all others, the farthest last.
-Nothing depends on the order of rules or variables.
+mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
+zeros, factors among them; the smoothest, where rules of one form pass a quantity on from place to
+place; fewest angles beyond a right one, or beside the values of the inverse function where their
+sine or cosine is known; sizes near to those that the rules and the inputs suggest, within half a
+decade of the nearest; angles, and times and frequencies inside periodic functions, nearest to 0;
+the nearest sizes; and for what is still alike, fewest negative angles, and the variables one by
+one, in the order of their names. Away from guesses, answers with a number of unlikely size come
+after all others, the farthest last. Nothing depends on the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind
 of quantity that has negative values anyhow, given or in every answer (``signs.py``): where a crank
@@ -50,9 +50,6 @@ GRAIN = 1e6
 """Parts of a decade, or of the largest value among the answers, below which numbers count as
 alike."""
 
-SMALLER = 0.7
-"""Share that the decades count by which a number is smaller than the suggested size: a term is more
-often small, beside others, than large."""
 SLACK = 0.5
 """Decades by which sizes may be farther from the suggested ones than the best are, and count
 alike."""
@@ -61,6 +58,7 @@ CRITERIA = (
     "unlikely",
     "reversed",
     "negative",
+    "trivial",
     "rough",
     "wide",
     "size",
@@ -165,7 +163,6 @@ class Ranking(Sizes):
         guesses: Mapping[str, float] | None = None,
     ) -> None:
         super().__init__(model, known, among, guesses)
-        self.smaller = 1.0 if self.signs.turning - {*known} else SMALLER
         self.graph, signs, every = planner(model).graph, self.signs, (*self.read, *self.known)
         alike = {signs.kinds.get(n) for n in known if n in signs.radii}
         positive = {
@@ -280,8 +277,8 @@ class Ranking(Sizes):
         sizes: _Suggested,
         on: Arithmetic,
     ) -> Key:
-        turned = minus = far = back = 0.0
-        wide, distance, negatives = factors
+        negatives = zeros = turned = minus = far = back = 0.0
+        wide, distance, none = factors
         signs: list[Figure] = []
         apart = self.apart(row, sizes, on)
         for place, (angle, floor, right) in enumerate(
@@ -307,21 +304,21 @@ class Ranking(Sizes):
             negatives = negatives + weights[place] * below
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)
-            negatives = negatives + (1.0 - there) * (tops[place] > least)
+            zeros = zeros + (1.0 - there) * (tops[place] > least)
             steps = (abs(apart[place]) if sizes[1][place] else apart[place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])
             if self._phases[place]:
                 turned = turned + abs(number)
             else:
-                off = on.largest([apart[place], -self.smaller * apart[place]])
-                distance = distance + off * there * sizes[1][place]
+                distance = distance + abs(apart[place]) * there * sizes[1][place]
         size, angle = on.rounded(GRAIN * distance), on.rounded(GRAIN * turned)
-        guessed = self._guessed(row, on) if self.guesses else 0.0
+        guessed, trivial = self._guessed(row, on) if self.guesses else 0.0, zeros + none
         return [
             guessed,
             far,
             back,
-            negatives,
+            negatives + zeros,
+            trivial,
             rough,
             wide,
             distance,
