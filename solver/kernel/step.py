@@ -18,17 +18,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Quotient,
-    Symbol,
-    terms,
-)
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
@@ -42,7 +32,6 @@ from solver.numerics.tolerances import (
     DELICATE,
     EPS,
     LOST_TURN,
-    ROUNDED,
     SAME_TURN,
 )
 from solver.path import TARGET, Quadratic, Stage
@@ -226,7 +215,7 @@ class StepSolver:
         outside: float | None = None
         lost = False
         for number in numbers:
-            number = self._inside(self._unless_rounding(self._polished(number)))
+            number = self._inside(self._polished(number))
             if not math.isfinite(number):
                 lost = True
             elif not self.variable.admits(float(number)):
@@ -272,16 +261,6 @@ class StepSolver:
         others = [name for name in self.equation.names if name != self.unknown]
         reading = f"{OTHERWISE} {listed(others, 'or')}" if others else "other numbers"
         return StepOutcome(fact=NoValue(self.index, self.unknown, reading), delicate=delicate)
-
-    def _unless_rounding(self, number: float) -> float:
-        """The number; 0 if it is a sum of known numbers that leaves no more than their last places,
-        as the flow through a shut valve, which balances others."""
-        parts = [*terms(*self.equation.sides)]
-        names = (part.operand if isinstance(part, Negative) else part for part in parts)
-        if len(parts) < 3 or not all(isinstance(part, Name) for part in names):
-            return number
-        largest = max(abs(v) for v in self.floats.values() if isinstance(v, float))
-        return 0.0 if abs(number) <= ROUNDED * largest else number
 
     def _inside(self, number: float) -> float:
         """The number; if only rounding has led it beyond an end of its range, that end."""

@@ -13,7 +13,7 @@ from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.model import Value
-from rulesheets.syntax.nodes import names
+from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
     AsksNothing,
@@ -39,6 +39,7 @@ from solver.leaves import (
     infinite,
     unmet,
 )
+from solver.numerics.tolerances import ROUNDED
 from solver.path import (
     Assume,
     Check,
@@ -308,7 +309,8 @@ class PathSearch(Ends):
         isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
         outcome = self._stepped(branch, equation, unknown)
         cut = not outcome.complete and isolation is not None and isolation.proven
-        listed = [{unknown: value} for value in outcome.values]
+        values = [self._unless_rounding(branch, equation, unknown, v) for v in outcome.values]
+        listed = [{unknown: value} for value in values]
         self.note(outcome.complete, (equation,), (unknown,), listed, cut)
         self.delicate |= outcome.delicate
         if outcome.fact is not None:
@@ -319,6 +321,21 @@ class PathSearch(Ends):
             return True
         double = () if outcome.double is None else (outcome.double,)
         return self._forks(branch, step, [(values, double) for values in listed])
+
+    def _unless_rounding(self, branch: Branch, equation: int, unknown: str, number: Value) -> Value:
+        """The number; 0 if it is a sum of computed numbers that leaves no more than their last
+        places, as the flow through a shut valve, which balances others."""
+        rule, variable = self.model.equations[equation], self.model.variables[unknown]
+        parts = [
+            part.operand if isinstance(part, Negative) else part for part in terms(*rule.sides)
+        ]
+        known = [name for name in rule.names if name != unknown]
+        if isinstance(number, str) or not (len(parts) > 2 and variable.admits(0.0)):
+            return number
+        if not all(isinstance(part, Name) for part in parts) or self.inputs.keys() >= set(known):
+            return number
+        largest = max(abs(v) for name in known if isinstance(v := branch.values[name], float))
+        return 0.0 if abs(number) <= ROUNDED * largest else number
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
