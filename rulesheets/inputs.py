@@ -21,12 +21,10 @@ from rulesheets.diagnosis import (
     wrong_range,
 )
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.exact import with_round_values
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Variable, expect, once, reached
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of, walk
-from rulesheets.syntax.program import rules_of
 from rulesheets.units import (
     cannot_show,
     converted,
@@ -58,6 +56,8 @@ def constant(expression: nodes.Expression) -> Value:
 
     refuse(check_constant(expression))
     if any(nodes.calls(expression)):
+        from rulesheets.evaluate.exact import with_round_values
+
         expression = with_round_values(expression)
     try:
         number = float(value(expression, {}))
@@ -246,6 +246,7 @@ def parse_value(text: str, place: Span | None = None) -> Value:
     if not text or any(mark in text for mark in '"=;\n'):
         raise RuleSheetError(not_a_value(text, place))
     from rulesheets.parse.sections import parse  # with it comes lark
+    from rulesheets.syntax.program import rules_of
 
     try:  # an expression of numbers, read as the right side of a rule
         sheet = parse(Source("<value>", f"value = {text}"))
