@@ -25,6 +25,9 @@ from rulesheets.syntax.nodes import (
 
 LARGEST = 64
 """Exponents beyond which numbers are not multiplied out."""
+BESIDE, LEAST = 2**128, Fraction(1, 2**1100)
+"""Numbers of 64 bits are so many times the share by which one differs from a value; and the size of
+a value that floats take for 0."""
 
 
 class Inexact(Exception):
@@ -107,8 +110,9 @@ class Rationals(Arithmetic[Fraction]):
 
 
 class Independent(Rationals):
-    """Rational numbers, and an arbitrary one for each irrational value: an expression that is 0
-    with them is 0 whatever these values are, as ``exp(a) - exp(a)``."""
+    """Rational numbers, and one at random next to each irrational value: an expression that is 0
+    with them is 0 whatever these values are, as ``exp(a) - exp(a)``, but for odds of some 2^-60 (J.
+    T. Schwartz, 1980). Being next to the values they have their signs, and their order."""
 
     numbers: dict[str, Fraction]
 
@@ -137,13 +141,14 @@ class Independent(Rationals):
     def _instead(self, operation: Expression, **numbers: Fraction) -> Fraction:
         """The number for a value, if there is one and it is finite."""
         try:
-            finite = isfinite(value(operation, {name: float(v) for name, v in numbers.items()}))
+            near = value(operation, {name: float(v) for name, v in numbers.items()})
         except (Undefined, OverflowError):
-            finite = False
-        if not finite:
+            raise Inexact from None
+        if not isfinite(near):
             raise Inexact
+        share = Fraction(self._random.getrandbits(64), BESIDE)
         key = operation, *numbers.values()
-        return self._chosen.setdefault(key, Fraction(self._random.getrandbits(64)))
+        return self._chosen.setdefault(key, (Fraction(near) or LEAST) * (1 + share))
 
 
 def known(function: str, number: Fraction) -> Fraction:

@@ -325,17 +325,17 @@ class PathSearch(Ends):
     def _unless_rounding(self, branch: Branch, equation: int, unknown: str, number: Value) -> Value:
         """The number; 0 if it is a sum of computed numbers that leaves no more than their last
         places, as the flow through a shut valve, which balances others."""
-        rule, variable = self.model.equations[equation], self.model.variables[unknown]
-        parts = [
+        rule = self.model.equations[equation]
+        others = {n: branch.values.get(n) for n in rule.names if n != unknown}
+        largest = max((abs(v) for v in others.values() if isinstance(v, float)), default=0.0)
+        if isinstance(number, str) or abs(number) > ROUNDED * largest:
+            return number
+        parts = (
             part.operand if isinstance(part, Negative) else part for part in terms(*rule.sides)
-        ]
-        known = [name for name in rule.names if name != unknown]
-        if isinstance(number, str) or not (len(parts) > 2 and variable.admits(0.0)):
-            return number
-        if not all(isinstance(part, Name) for part in parts) or self.inputs.keys() >= set(known):
-            return number
-        largest = max(abs(v) for name in known if isinstance(v := branch.values[name], float))
-        return 0.0 if abs(number) <= ROUNDED * largest else number
+        )
+        balances = all(isinstance(part, Name) for part in parts)
+        meant = others.keys() <= self.inputs.keys() or not self.model.variables[unknown].admits(0.0)
+        return 0.0 if balances and not meant else number
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)

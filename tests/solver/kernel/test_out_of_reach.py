@@ -3,6 +3,7 @@ and short of it something is."""
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import pytest
@@ -102,3 +103,11 @@ def test_a_sewer_that_is_too_narrow_for_its_area_is_denied() -> None:
     )
     assert solver.solve(sewer, {"A": 0.09}).status is Status.INFEASIBLE
     assert solver.solve(sewer, {"A": 0.16}).complete
+
+
+@pytest.mark.parametrize("a", [0.3, 0.5, 0.7])
+def test_an_answer_stands_beside_a_gap_where_a_choice_takes_an_irrational_number(a: float) -> None:
+    """At x = 0 the slope of the dividend is abs(ln(a)) - ln(a), which is not 0."""
+    model = rulesheets.loads("rules\n  (abs(ln(a))*x - ln(a)*x - x^2)/sin(x) = y\n")
+    result = solver.solve(model, {"a": a, "y": 0.0})
+    assert [answer["x"] for answer in result.solutions] == pytest.approx([-2 * math.log(a)])
