@@ -46,8 +46,15 @@ def test_what_stands_behind_a_shut_valve_is_free(H1: float, a1: float, k: float)
         assert result.solutions[0]["Q"] == pytest.approx(state["Q1"], rel=1e-12)
 
 
-def test_a_small_rest_of_large_numbers_is_kept() -> None:
-    """A share of 1e-12 is thousands of last places, and may be meant."""
+def test_a_small_rest_of_computed_numbers_is_kept() -> None:
+    """A share of 1e-14 is dozens of last places, and may be meant."""
+    model = rulesheets.loads("rules\n  a = 2*d\n  a = b + c\n")
+    a = 1.0 + 48 * 2.0**-52
+    assert solver.solve(model, {"d": a / 2, "b": 1.0})["c"] == a - 1.0
+    a = 1.0 + 4 * 2.0**-52
+    assert solver.solve(model, {"d": a / 2, "b": 1.0})["c"] == 0.0
+
+
+def test_a_rest_of_given_numbers_alone_is_kept_to_the_last_place() -> None:
     model = rulesheets.loads("rules\n  a = b + c\n")
-    result = solver.solve(model, {"a": 1.000000000001, "b": 1.0})
-    assert result["c"] == 1.000000000001 - 1.0
+    assert solver.solve(model, {"a": 1.0 + 2.0**-52, "b": 1.0})["c"] == 2.0**-52
