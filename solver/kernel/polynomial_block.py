@@ -12,186 +12,40 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from functools import reduce
-from operator import or_
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
-from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    walk,
-)
+from rulesheets.syntax.nodes import Expression
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
+from solver.kernel.quotients import (
+    HIGHEST_DEGREE,
+    Coefficients,
+    Eliminant,
+    Exact,
+    Quotients,
+    dense,
+    eliminants,
+)
 from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.linear_algebra import are_alike
-from solver.numerics.one_unknown import have_common_root, real_roots, simple_part, without_roots
+from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
-from solver.path.isolate import smooth
-from solver.path.polynomial import UNIT, Monomial, NoForm, Polynomial, constant, generator
+from solver.path.polynomial import NoForm, Polynomial
 
-HIGHEST_DEGREE = 12
-ALGEBRAIC = frozenset({"sqrt", "abs", "min", "max", "pi"})
-"""Functions that an eliminant admits."""
-
-Coefficients: TypeAlias = Sequence[Fraction]
-"""Of a polynomial in one tear, lowest degree first."""
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
-
-Divisor: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
-"""The sorted terms of a polynomial of which the last coefficient is 1."""
-
-
-class Ratio(NamedTuple):
-    """A polynomial, what it would be if nothing cancelled in it, and its divisors with their
-    exponents."""
-
-    top: Polynomial
-    gross: Polynomial
-    divisors: Counter[Divisor]
-
-
-Exact: TypeAlias = Callable[[float], Fraction]
-"""The exact value of a float: its binary fraction, or the decimal as written."""
 
 FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
-
-
-class NotPolynomial(Exception):
-    """The form is not a polynomial of low degree, or its coefficients are not exact."""
-
-
-class _Steps:
-    """The steps of a block as polynomials of its tears."""
-
-    def __init__(self, problem: BlockProblem, forms: Forms, exact: Exact) -> None:
-        self.exact = exact
-        self.known = dict(zip(problem.kernel.known, problem.known, strict=True))
-        self.values = {
-            n: self._number(v) for n, v in zip(problem.kernel.known, problem.known, strict=True)
-        }
-        tears = problem.kernel.block.tears
-        self.values |= {tear: _plain(generator(tear)) for tear in tears}
-        self.torn_once = len(tears) == 1
-        self.poles = dict[Divisor, None]()
-        """Where they are 0, a step or a rule has no value."""
-        for name, form in forms:
-            expect_time()
-            self.values[name] = self._value(form)
-
-    def residuals(self, problem: BlockProblem) -> list[Ratio]:
-        """The residuals. Raises NotPolynomial."""
-        equations = (
-            problem.graph.model.equations[number] for number in problem.kernel.block.residuals
-        )
-        return [self._value(smooth(*equation.sides)) for equation in equations]
-
-    def _value(self, node: Expression) -> Ratio:
-        match node:
-            case Number(number):
-                return self._number(number)
-            case Name(name) if name in self.values:
-                return self.values[name]
-            case Negative(operand):
-                return _scaled(self._value(operand), Fraction(-1))
-            case Sum(terms):
-                return self._sum([self._value(term) for term in terms])
-            case Product(left, right):
-                return self._times(self._value(left), self._value(right))
-            case Quotient(left, right):
-                return self._quotient(self._value(left), self._value(right))
-            case Power(base, Number(exponent)) if exponent in range(1, HIGHEST_DEGREE + 1):
-                return reduce(self._times, [self._value(base)] * int(exponent))
-            case Power(base, Number(exponent)) if -exponent in range(1, HIGHEST_DEGREE + 1):
-                divisors = [self._value(base)] * int(-exponent)
-                return reduce(self._quotient, divisors, self._number(1.0))
-            case Call() | Power():
-                return self._evaluated(node)
-            case _:
-                raise NotPolynomial
-
-    def _evaluated(self, node: Expression) -> Ratio:
-        """A function of known numbers, rounded as one of them is."""
-        try:
-            return self._number(value(node, self.known))
-        except (KeyError, Undefined):
-            raise NotPolynomial from None
-
-    def _sum(self, parts: Sequence[Ratio]) -> Ratio:
-        """Over the least common divisors."""
-        common = reduce(or_, (part.divisors for part in parts))
-        tops, gross = Polynomial(), Polynomial()
-        for part in parts:
-            for factor in (common - part.divisors).elements():
-                part = self._times(part, _plain(Polynomial(factor)))
-            tops, gross = tops + part.top, gross + part.gross
-        return Ratio(tops, gross, common)
-
-    def _times(self, a: Ratio, b: Ratio) -> Ratio:
-        expect_time()
-        if self._degree(a.top) + self._degree(b.top) > HIGHEST_DEGREE:
-            raise NotPolynomial
-        return Ratio(a.top * b.top, a.gross * b.gross, a.divisors + b.divisors)
-
-    def _quotient(self, a: Ratio, b: Ratio) -> Ratio:
-        """Raises NotPolynomial where it may be 0/0, and for a divisor with more than one tear."""
-        for factor in b.divisors.elements():
-            a = self._times(a, _plain(Polynomial(factor)))
-        *terms, (lead, by) = sorted(b.top.items()) or [(UNIT, Fraction(0))]
-        if abs(by) <= TOUCHING * b.gross.get(lead, 0):
-            raise NotPolynomial
-        divided = _scaled(a, 1 / by)
-        if not b.gross.generators:
-            return divided
-        if not self.torn_once or have_common_root(_dense(a.top), _dense(b.top)):
-            raise NotPolynomial
-        factor = *((monomial, c / by) for monomial, c in terms), (lead, Fraction(1))
-        self.poles[factor] = None
-        return divided._replace(divisors=a.divisors + Counter([factor]))
-
-    def _degree(self, polynomial: Polynomial) -> int:
-        """The highest degree in one of its tears."""
-        return max((exponent for monomial in polynomial for _, exponent in monomial), default=0)
-
-    def _number(self, number: float) -> Ratio:
-        if not math.isfinite(number):
-            raise NotPolynomial
-        return _plain(constant(self.exact(number)))
-
-
-def _scaled(ratio: Ratio, factor: Fraction) -> Ratio:
-    return ratio._replace(top=ratio.top * factor, gross=ratio.gross * abs(factor))
-
-
-def _plain(polynomial: Polynomial) -> Ratio:
-    gross = Polynomial({monomial: abs(c) for monomial, c in polynomial.items()})
-    return Ratio(polynomial, gross, Counter())
-
-
-def _dense(polynomial: Polynomial) -> list[Fraction]:
-    by_degree = {sum(exponent for _, exponent in monomial): c for monomial, c in polynomial.items()}
-    return [by_degree.get(k, Fraction(0)) for k in range(max(by_degree, default=-1) + 1)]
 
 
 class _OnePolynomial(NamedTuple):
     """A block as a polynomial in its tear: ``simple`` has each of its roots once, ``several`` tells
     whether some are multiple."""
 
-    forms: Forms
     simple: Coefficients
     several: bool
 
@@ -208,19 +62,23 @@ def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
     return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
-def _one_polynomial(problem: BlockProblem, exact: Exact = Fraction) -> _OnePolynomial | None:
-    followed = _followed(problem, exact)
-    if followed is None:
-        return None
-    forms, ((whole, gross, _),), poles = followed
-    doubtful = (abs(c) <= TOUCHING * gross.get(monomial, 0) for monomial, c in whole.items())
-    if not whole or any(doubtful):
-        return None
-    polynomial = _dense(whole)
-    for pole in poles:
-        polynomial = without_roots(polynomial, _dense(pole))
-    simple = simple_part(polynomial)
-    return _OnePolynomial(forms, simple, len(simple) < len(polynomial))
+def _eliminants(problem: BlockProblem, forms: Forms, exact: Exact = Fraction) -> list[Eliminant]:
+    (tear,), (number,) = problem.kernel.block.tears, problem.kernel.block.residuals
+    return eliminants(problem.graph.model.equations[number], tear, forms, _known(problem), exact)
+
+
+def _known(problem: BlockProblem) -> dict[str, float]:
+    return dict(zip(problem.kernel.known, problem.known, strict=True))
+
+
+def _one_polynomial(
+    problem: BlockProblem, forms: Forms, exact: Exact = Fraction
+) -> _OnePolynomial | None:
+    match _eliminants(problem, forms, exact):
+        case [Eliminant(polynomial, clear=True)]:
+            simple = simple_part(polynomial)
+            return _OnePolynomial(simple, len(simple) < len(polynomial))
+    return None
 
 
 def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
@@ -230,22 +88,24 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     Multiple roots are those of the exact numbers; or of the decimals as written: (x - 1.6)^3
     expanded has a triple root, which rounding splits.
     """
-    (tear,) = problem.kernel.block.tears
+    (tear,), forms = problem.kernel.block.tears, _explicit_forms(problem)
+    if forms is None:
+        return False
     domain = problem.domain(tear)
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
     within = domain[0] - slack, domain[1] + slack
-    found = _one_polynomial(problem)
+    found = _one_polynomial(problem, forms)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, lambda number: Fraction(repr(number)))
+        written = _one_polynomial(problem, forms, lambda number: Fraction(repr(number)))
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:
         return False
     trial = Candidates(problem)
     for root in roots:
-        point = _point_at(problem, found.forms, {tear: root})
+        point = _point_at(problem, forms, {tear: root})
         if point is None:
             return False
         if found.several and problem.holds(point):
@@ -254,21 +114,6 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
             return False
     candidates.take(trial)
     return True
-
-
-def _followed(
-    problem: BlockProblem, exact: Exact = Fraction
-) -> tuple[Forms, list[Ratio], list[Polynomial]] | None:
-    """The explicit forms of the steps, the residuals, and polynomials that are not 0; None if the
-    residuals are not quotients of polynomials."""
-    forms = _explicit_forms(problem)
-    if forms is None:
-        return None
-    try:
-        steps = _Steps(problem, forms, exact)
-        return forms, steps.residuals(problem), list(map(Polynomial, steps.poles))
-    except (NotPolynomial, NoForm, OverflowError):
-        return None
 
 
 def _explicit_forms(problem: BlockProblem) -> Forms | None:
@@ -320,15 +165,8 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.unresolved:
         return False
     forms = _explicit_forms(problem)
-    if forms is None or not problem.kernel.once("algebraic", lambda: _is_algebraic(problem)):
-        return False
-    # sympy waits until a search has left something open
-    from rulesheets.algebra import eliminants
-
-    equation = problem.graph.model.equations[block.residuals[0]]
-    known = {name: value for name, value in problem.here.items() if isinstance(value, float)}
-    found = eliminants(equation.left, equation.right, block.tears[0], forms, known)
-    if found is None:
+    found = [] if forms is None else _eliminants(problem, forms)
+    if forms is None or not found:
         return False
     domain = problem.domain(block.tears[0])
     for one in found:
@@ -349,20 +187,6 @@ def _is_within(positive: Sequence[Coefficients], root: float) -> bool:
     exact = Fraction(root)
     terms = ([c * exact**k for k, c in enumerate(polynomial)] for polynomial in positive)
     return all(sum(some) >= 0 or _cancels(some, TOUCHING) for some in terms)
-
-
-def _is_algebraic(problem: BlockProblem) -> bool:
-    """Whether no function or exponent of an unknown prevents an eliminant."""
-    unknowns = frozenset(problem.unknowns)
-    for node in (part for form in problem.kernel.forms for part in walk(form)):
-        match node:
-            case Call(function) if function not in ALGEBRAIC and not unknowns.isdisjoint(
-                nodes.names(node)
-            ):
-                return False
-            case Power(_, exponent) if not unknowns.isdisjoint(nodes.names(exponent)):
-                return False
-    return True
 
 
 def _is_accounted_for(
@@ -402,7 +226,8 @@ def _is_accounted_for(
 # Where two polynomials p and q of x and y have a common root, their resultant by y, a polynomial of
 # x, is 0, and so is that by x, a polynomial of y (D. Cox, J. Little, D. O'Shea, *Ideals, Varieties,
 # and Algorithms*, section 3.6): the real roots of both are counted, and tried in pairs. Of p and q
-# with a common factor, a curve, one of the two is 0 everywhere.
+# with a common factor, a curve, one of the two is 0 everywhere. Where a divisor is 0 too, there is
+# no answer: factors that p or q has in common with one are left out.
 
 
 HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
@@ -412,44 +237,62 @@ HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     """Find the answers; False if the block is not such a system, or rounding leaves one in
     doubt."""
-    tears = problem.kernel.block.tears
-    followed = _followed(problem)
-    if followed is None:
+    block, forms = problem.kernel.block, _explicit_forms(problem)
+    if forms is None:
         return False
-    forms, ((p, *_), (q, *_)), _ = followed
+    tears, quotients = block.tears, Quotients(block.tears, _known(problem))
+    try:
+        quotients.follow(forms)
+        if quotients.common:
+            return False  # where a step is 0/0 its unknown is free
+        rules = (problem.graph.model.equations[number] for number in block.residuals)
+        p, q = (quotients.of(rule.left - rule.right).top for rule in rules)
+    except (NoForm, OverflowError):
+        return False
+    if not (p and q):
+        return False
+    from rulesheets.algebra import resultant, without_factors  # brings sympy
+
+    for pole in quotients.poles:
+        p, q = (Polynomial(without_factors(f, dict(pole))) for f in (p, q))
     if not all(0 < max(f.degree(tear) for f in (p, q)) <= HIGHEST_OF_TWO for tear in tears):
         return False
-    from rulesheets.algebra import resultant_of  # brings sympy
-
     roots = []
-    for unknowns in (tears[::-1], tears):
-        resultant = resultant_of(*(polynomial.by_exponents(unknowns) for polynomial in (p, q)))
-        found = (
-            _clear_roots(simple_part(resultant))
-            if 0 < len(resultant) <= HIGHEST_RESULTANT + 1
-            else None
-        )
+    for eliminated in tears[::-1]:
+        whole = dense(Polynomial(resultant(p, q, eliminated)))
+        counted = 0 < len(whole) <= HIGHEST_RESULTANT + 1
+        found = _clear_roots(simple_part(whole)) if counted else None
         if found is None:
             return False
         roots.append(found)
-    trial = Candidates(problem)
+    trial, undefined = Candidates(problem), False
     for pair in itertools.product(*roots):
         expect_time()
         at = dict(zip(tears, pair, strict=True))
-        if not (_misses(p, at) or _misses(q, at) or _refined(problem, trial, forms, at)):
+        if _misses(p, at) or _misses(q, at):
+            continue
+        exact = not (sum(_terms(p, at)) or sum(_terms(q, at)))
+        if exact and not all(sum(_terms(Polynomial(pole), at)) for pole in quotients.poles):
+            undefined = True
+        elif not _refined(problem, trial, forms, at):
             return False
+    if undefined and trial.is_empty:
+        return False
     candidates.take(trial)
     return True
+
+
+def _terms(polynomial: Polynomial, at: Mapping[str, float]) -> list[Fraction]:
+    return [
+        c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
+        for monomial, c in polynomial.items()
+    ]
 
 
 def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
     """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the
     inputs."""
-    terms = [
-        c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
-        for monomial, c in polynomial.items()
-    ]
-    return not _cancels(terms, TOUCHING * HIGHEST_DEGREE)
+    return not _cancels(_terms(polynomial, at), TOUCHING * HIGHEST_DEGREE)
 
 
 def _refined(

@@ -35,9 +35,9 @@ def simple_part(polynomial: Coefficients) -> list[Fraction]:
     return list(map(Fraction, whole))
 
 
-def have_common_root(one: Coefficients, other: Coefficients) -> bool:
-    """Whether two polynomials have a root in common, real or not."""
-    return len(_sequence(_integers(one), _integers(other))[-1]) != 1
+def common_divisor(one: Coefficients, other: Coefficients) -> list[Fraction]:
+    """The greatest one of two polynomials, not both 0."""
+    return list(map(Fraction, _sequence(_integers(one), _integers(other))[-1]))
 
 
 def without_roots(polynomial: Coefficients, others: Coefficients) -> list[Fraction]:

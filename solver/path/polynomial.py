@@ -8,7 +8,7 @@ elimination, the square of a sine is written by that of the cosine.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
@@ -88,11 +88,10 @@ class Polynomial(dict[Monomial, Fraction]):
     def degree(self, name: str) -> int:
         return max((exponent for m in self for other, exponent in m if other == name), default=0)
 
-    def by_exponents(self, names: Sequence[str]) -> dict[tuple[int, ...], Fraction]:
-        """Coefficients by the exponents of all its generators."""
-        return {
-            tuple(dict(monomial).get(name, 0) for name in names): c for monomial, c in self.items()
-        }
+    @property
+    def highest(self) -> int:
+        """The highest degree in one of its generators."""
+        return max((exponent for monomial in self for _, exponent in monomial), default=0)
 
     def coefficients(self, name: str) -> dict[int, Polynomial]:
         """By powers of one generator."""

@@ -84,3 +84,23 @@ def test_a_tangent_that_rounding_parts_is_still_tried() -> None:
     result = solver.solve(rulesheets.loads(text))
     assert str(result.status) in ("solved", "singular")
     assert any(abs(s["x"] - 1.1) < 1e-6 and abs(s["y"]) < 1e-6 for s in result.solutions)
+
+
+STAR = (
+    "R1 = {b}*{c}/({a} + {b} + {c})\nR2 = {c}*{a}/({a} + {b} + {c})\nR3 = {a}*{b}/({a} + {b} + {c})"
+)
+RESISTANCES = st.integers(1, 40).map(lambda n: n / 4)
+
+
+@settings(max_examples=12, deadline=None)
+@given(RESISTANCES, RESISTANCES, RESISTANCES, st.permutations("abc"))
+def test_a_star_has_one_delta(r1: float, r2: float, r3: float, order: list[str]) -> None:
+    """Ra = (R1 R2 + R2 R3 + R3 R1)/R1; where all are 0 the rules have no value."""
+    rules = STAR.format(a="Ra", b="Rb", c="Rc").splitlines()
+    text = "\n".join(rules["abc".index(letter)] for letter in order)
+    result = solver.solve(rulesheets.loads(text), {"R1": r1, "R2": r2, "R3": r3})
+    total = r1 * r2 + r2 * r3 + r3 * r1
+    assert result.complete
+    (found,) = result.solutions
+    for name, r in (("Ra", r1), ("Rb", r2), ("Rc", r3)):
+        assert found[name] == pytest.approx(total / r, rel=1e-12)
