@@ -184,6 +184,7 @@ class ModelGraph:
         self._isolations: dict[tuple[int, int], Isolated] = {}
         self._efforts: dict[tuple[Shape, int, tuple[float, ...]], Isolation | None] = {}
         self._isolated: dict[tuple[Shape, int, tuple[float, ...]], Isolated] = {}
+        self.reaches: dict[str, tuple[float, float]] = {}
         self.kernels: dict[Any, Any] = {}
         self.torn: dict[Any, Any] = {}
         self.generic: dict[Any, Any] = {}
@@ -258,7 +259,7 @@ class ModelGraph:
     @cached_property
     def weighed(self) -> Set[str]:
         """Angles without a range that a condition or an absolute value compares with something: a
-        whole turn of them may make a difference."""
+        whole turn of them may make a difference, unless a function has them as its value."""
         required = (requirement.comparison for requirement in self.model.requirements)
         sums = (side for rules in by_shape(self.model) for rule in rules for side in rule.sides)
         chosen = (
@@ -266,6 +267,8 @@ class ModelGraph:
         )
         conditions = (*self.model.conditions, *required, *chosen)
         weighed = self.angles.keys() - _angles(self.model, conditions) if conditions else set()
+        always = (rule for rule in self.model.equations if weighed and not rule.guard)
+        weighed -= {found[0] for rule in always if (found := _valued(*rule.sides))}
         variables = map(self.model.variables.__getitem__, weighed)
         return {v.name for v in variables if v.low == -math.inf or v.high == math.inf}
 
@@ -393,16 +396,19 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
 
 def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:
     """The evidence of angles in a rule: ``thetaAB = atan2d(…)`` gives one."""
-    for one, other in (sides, sides[::-1]):
-        if (
-            isinstance(one, Name)
-            and isinstance(other, Call)
-            and (turn := TABLE[other.function].angle)
-        ):
-            yield one.name, turn, 1
-            sides = other.arguments
-            break
+    if found := _valued(*sides):
+        name, call = found
+        yield name, TABLE[call.function].angle or 0.0, 1
+        sides = call.arguments
     yield from _evidence(*sides)
+
+
+def _valued(*sides: Expression) -> tuple[str, Call] | None:
+    """A variable, and the inverse function that has it as its value."""
+    for one, other in (sides, sides[::-1]):
+        if isinstance(one, Name) and isinstance(other, Call) and TABLE[other.function].angle:
+            return one.name, other
+    return None
 
 
 def within_half_turns(number: float, turn: float) -> float:

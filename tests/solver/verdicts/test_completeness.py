@@ -212,3 +212,12 @@ def test_a_logarithm_has_no_root_at_the_pole_of_its_quotient(added: float) -> No
     assert result.complete
     acid = added * (1 + 10**0.3) / (10**0.3 - 10**0.2)
     assert [s["H"] for s in result.solutions] == pytest.approx([acid], rel=1e-13)
+
+
+@pytest.mark.parametrize("rule", ["asind(u)", "acosd(u)", "atand(u)", "atan2d(u, 0.3)"])
+@pytest.mark.parametrize("limit", [-10.0, 20.0, 70.0])
+def test_a_compared_angle_is_in_the_turn_of_its_function(rule: str, limit: float) -> None:
+    """Whole turns of it are no other answers: the function has one value."""
+    model = rulesheets.loads(f"b = {rule}\nif b < {limit} then y = 1.4*u else y = 2*u")
+    assert solver.solve(model, {"u": 0.4}).complete
+    assert solver.solve(model, {"b": 25.0}).complete
