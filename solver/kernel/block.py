@@ -14,7 +14,7 @@ from rulesheets.evaluate import differentiate, value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, degree
 from solver.kernel.emitter import compile_expressions, divisors
-from solver.kernel.step import window
+from solver.kernel.step import reach, window
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola, SolveBlock
@@ -86,7 +86,7 @@ class BlockKernel:
         for name in self.unknowns:
             v = self.graph.model.variables[name]
             angle = self.graph.angles.get(name)
-            traits.append((v.low, v.high, v.low_open, v.high_open, angle))
+            traits.append((*self.domain(name), v.low, v.high, v.low_open, v.high_open, angle))
         tears = tuple([place[name] for name in self.block.tears])
         order = tuple([(number[step.equation], place[step.unknown]) for step in self.block.order])
         residuals = tuple([number[equation] for equation in self.block.residuals])
@@ -115,9 +115,10 @@ class BlockKernel:
 
     def domain(self, name: str) -> tuple[float, float]:
         """The range to search an unknown in: its declared range, and at most one turn of an
-        angle."""
+        angle; of others in periodic functions the one that rules imply."""
         variable, turn = self.graph.model.variables[name], self.graph.turn(name)
-        return (variable.low, variable.high) if turn is None else window(variable, turn)
+        ends = reach(self.graph, name) if name in self._inside else (variable.low, variable.high)
+        return ends if turn is None else window(*ends, turn)
 
     @property
     def finite(self) -> bool:
@@ -139,11 +140,15 @@ class BlockKernel:
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
+    def _inside(self) -> set[str]:
+        """The names inside periodic functions."""
+        return set(nodes.names(*phases(*self.forms)))
+
+    @cached_property
     def repeating(self) -> tuple[str, ...]:
         """The unknowns inside periodic functions that are no angles, and have no range: each period
         may have an answer of its own."""
-        inside = set(nodes.names(*phases(*self.forms)))
-        free = (name for name in self.unknowns if name in inside and self.graph.turn(name) is None)
+        free = (n for n in self.unknowns if n in self._inside and self.graph.turn(n) is None)
         return tuple(name for name in free if any(map(math.isinf, self.domain(name))))
 
     @property

@@ -17,11 +17,12 @@ from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol
+from rulesheets.model import Value
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol, names
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
+from solver.kernel.emitter import enclose
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
@@ -39,6 +40,8 @@ from solver.path.graph import ModelGraph, within_half_turns
 
 OTHERWISE = "another value of"
 """The needed value for a rule on which its unknown has no influence."""
+NESTED, WIDER = 2, 1e-9
+"""Levels of rules that an implied range is computed from, and the share by which it is widened."""
 MAX_TURNS = 2_000
 LISTED_TURNS = 128
 """Turns either way of the one nearest to the principal one that are listed where there are too
@@ -73,9 +76,35 @@ def is_affine(stage: Stage) -> bool:
     return stage.operation in ("negative", "sum", "product", "quotient") and stage.divisor != TARGET
 
 
-def window(variable: Variable, span: float) -> tuple[float, float]:
-    """The declared range of a variable; of an infinite one a part, from its end, or around 0."""
-    low, high = variable.low, variable.high
+def reach(graph: ModelGraph, name: str) -> tuple[float, float]:
+    """The declared range of a variable; if that is infinite, and the variable no angle, the finite
+    one implied by rules that always apply and have it as their value (``y = 3*sind(x)``)."""
+    if name not in graph.reaches:
+        variable = graph.model.variables[name]
+        declared = ends = variable.low, variable.high
+        if graph.turn(name) is None:
+            ends = _implied(graph, name, NESTED)
+        graph.reaches[name] = ends if all(map(math.isfinite, ends)) else declared
+    return graph.reaches[name]
+
+
+def _implied(graph: ModelGraph, name: str, levels: int) -> tuple[float, float]:
+    """The range of a variable in rules within ``levels`` others, wider by more than rounding."""
+    low, high = graph.model.variables[name].low, graph.model.variables[name].high
+    bounded = math.isfinite(low) and math.isfinite(high)
+    for index in graph.users[name] if levels and not bounded else ():
+        rule = graph.model.equations[index]
+        for side, other in (rule.sides, rule.sides[::-1]):
+            read = {*names(other)}
+            if not rule.guard and side == Name(name) and name not in read:
+                ends = enclose(other, {n: _implied(graph, n, levels - 1) for n in read})
+                size = WIDER * max(map(abs, filter(math.isfinite, ends)), default=0.0)
+                low, high = max(low, ends[0] - size), min(high, ends[1] + size)
+    return low, high
+
+
+def window(low: float, high: float, span: float) -> tuple[float, float]:
+    """A range; of an infinite one a part, from its end, or around 0."""
     if high < math.inf:
         return (low if low > -math.inf else high - span), high
     return (low, low + span) if low > -math.inf else (-span / 2, span / 2)
@@ -512,11 +541,11 @@ class StepSolver:
             self.uncounted()
         if EPS * abs(first) > LOST_TURN * size:
             self.complete = False  # floats next to such answers may not be good enough to be told
-        low, high = self.variable.low, self.variable.high
         turn = self.graph.turn(self.unknown)
+        low, high = reach(self.graph, self.unknown)
         bounded = low > -math.inf or high < math.inf
         self.complete = self.complete and (turn is not None or high - low < math.inf)
-        low, high = window(self.variable, turn or size)
+        low, high = window(low, high, turn or size)
         if stride == 0 or not math.isfinite(stride):
             return (0,)
         if not (bounded or turn or not rest):
@@ -552,7 +581,7 @@ class StepSolver:
             )
             if ends and ends[1] - ends[0] <= MAX_TURNS:
                 return range(-_floor(-ends[0]), _floor(ends[1]) + 1)
-        low, high = self.variable.low, self.variable.high
+        low, high = reach(self.graph, self.unknown)
         slack = CLEAR * max(abs(low), abs(high))
 
         def leads_inside(count: int) -> bool:

@@ -11,7 +11,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name
 from solver.accuracy.rule_sides import symbol_of
 from solver.kernel.block import FormulaNumbers, candidates, kernel_of
-from solver.kernel.step import is_affine, is_scaled, window
+from solver.kernel.step import is_affine, is_scaled, reach, window
 from solver.numerics.tolerances import EPS, SAME_TURN
 from solver.path import (
     TARGET,
@@ -164,9 +164,9 @@ class Inverses(Guards):
     ) -> list[int]:
         """The remaining stages of an angle, and its whole turns: within the range, else within one
         turn."""
-        variable = self.model.variables[isolation.unknown]
+        low, high = reach(self.graph, isolation.unknown)
         period, turn = stage.period or 0.0, self.graph.turn(isolation.unknown)
-        bounded = variable.low > -math.inf or variable.high < math.inf
+        bounded = low > -math.inf or high < math.inf
         if not bounded and turn is None and rest and all(map(is_affine, rest)):
             return self._usual_turns(state, isolation.unknown, period, rest, targets)
         if any(step.operation not in ("sum", "negative") for step in rest):
@@ -174,7 +174,7 @@ class Inverses(Guards):
         for step in rest:
             targets = [node for target in targets for node in self._undone(state, step, target)]
         if bounded:
-            ends = window(variable, turn or period)
+            ends = window(low, high, turn or period)
             return [node for form in targets for node in self._whole_turns(form, period, *ends)]
         if turn != period:
             raise NotCompilable

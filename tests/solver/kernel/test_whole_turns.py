@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import mpmath
+import numpy as np
 import pytest
 
 import rulesheets
@@ -38,3 +39,25 @@ def test_more_turns_than_there_are_floats(rule: str, power: int) -> None:
     with mpmath.workdps(50):
         first = (mpmath.asin(0.5) / mpmath.mpf(1e308)) ** (mpmath.mpf(1) / power)
         assert abs(min(found) / first - 1) < 1e-14
+
+
+@pytest.mark.parametrize("reach", [23.45, 80.0, 200.0, 500.0])
+@pytest.mark.parametrize("phase", [0.0, 77.0])
+@pytest.mark.parametrize("tangent", [-2.0, 0.1, 5.0])
+def test_the_rule_of_a_quantity_bounds_its_turns(
+    reach: float, phase: float, tangent: float
+) -> None:
+    """The sun's declination is within 23.45 degrees, though no range of it is declared."""
+    model = rulesheets.loads(
+        f"variables\n  day in [0, 365]\nrules\n"
+        f"  dec = {reach}*sind(360*day/365 + {phase})\n  t = tand(dec)\n"
+    )
+    result = solver.solve(model, {"t": tangent})
+    days = np.linspace(0.0, 365.0, 400_001)
+    turned = reach * np.sin(np.radians(360.0 * days / 365.0 + phase)) - np.degrees(
+        np.arctan(tangent)
+    )
+    crossed = np.diff(np.floor(turned / 180.0)) != 0.0
+    assert result.complete
+    found = sorted(answer["day"] for answer in result.solutions)
+    assert found == pytest.approx(days[1:][crossed], abs=2e-3)
