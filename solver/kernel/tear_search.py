@@ -260,10 +260,11 @@ class TearSearch:
         return any(enclosure.leaves_zero(hole, box, known) for hole, box in boxes)
 
     def _is_hole(self, place: int, x: float) -> bool:
-        """Whether the residual's numerator is exactly 0 at a point where a rule has no value."""
+        """Whether the residual's numerator is exactly 0 at a point where a rule has no value: the
+        rule as written, if not the step that it was solved to (``t = v*s`` from ``v = t/s``)."""
         enclosure, known = self.kernel.enclosure(place), self.problem.known
-        numerator = enclosure.numerator
-        if numerator is None or not numerator.is_zero_at(x, known):
+        numerator = enclosure.numerator or enclosure
+        if not numerator.is_zero_at(x, known):
             return False
         point = numerator.exactly_at(x, known)
         return any(map(point.is_zero, self.problem.kernel.divisors)) or enclosure.is_pole(x, known)

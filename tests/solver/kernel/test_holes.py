@@ -124,3 +124,17 @@ def test_a_mean_wage_with_overtime_has_one_answer() -> None:
     found = solver.solve(rulesheets.loads(rules), {"mean": 19.17})
     assert [answer["h"] for answer in found.solutions] == pytest.approx([360 / (27 - 19.17)])
     assert found.complete
+
+
+@pytest.mark.parametrize("power", [2, 3, 4, 5])
+@pytest.mark.parametrize("factor", [1.0, 2.5, -3.0])
+@pytest.mark.parametrize("reverse", [False, True])
+def test_a_divisor_multiplied_out_adds_no_answer(power: int, factor: float, reverse: bool) -> None:
+    """At 0 the step ``t = v*s/10`` has a value, and the rule that it comes from has none."""
+    rules = [f"s = {factor}*t^{power}", "v = 10*t/s"]
+    found = solver.solve(rulesheets.loads("\n".join(rules[::-1] if reverse else rules)), {"v": 9.0})
+    size = abs(10 / (9 * factor)) ** (1 / (power - 1))
+    signs = (1.0, -1.0) if (power - 1) % 2 == 0 else (math.copysign(1.0, factor),)
+    expected = [] if power % 2 and factor < 0.0 else sorted(sign * size for sign in signs)
+    assert found.complete
+    assert sorted(answer["t"] for answer in found.solutions) == pytest.approx(expected)
