@@ -13,7 +13,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
-from itertools import chain, product
+from itertools import chain
 from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp, grace
@@ -237,18 +237,25 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     """The status of a solve, from its leaves."""
     model, inputs = asked.model, asked.inputs
     underdetermined = [leaf for leaf in found.leaves if leaf.underdetermined and leaf.missing]
-    apart = [leaf for leaf in found.leaves if leaf.solved and not leaf.branch.on_boundary]
-    uncovered = _uncovered(model, found, inputs, apart) if underdetermined else ()
+    uncovered = _uncovered(model, found) if underdetermined else ()
+    solved = [
+        leaf
+        for leaf in found.leaves
+        if leaf.solved and not any(_continues(leaf, case) for case in uncovered)
+    ]
+    apart = any(not leaf.branch.on_boundary for leaf in solved)
     if underdetermined and not (uncovered and apart):
         return _unfinished(model, underdetermined, inputs)
-    solved = _distinct(model, [leaf for leaf in found.leaves if leaf.solved])
+    solved = _distinct(model, solved)
     graph = planner(model).graph
     near = [leaf for leaf in solved if within_one_turn(graph, leaf.branch.values, inputs)]
     solved = _ordered(asked, near or solved)
     solved.sort(key=lambda leaf: (bool(unsettled(leaf)), _lacks_a_local(leaf)))
     if solved:
         if not unsettled(solved[0]):
-            beside: list[Fact] = [*_curves(model, found, inputs), *uncovered]
+            assumed = CaseAnalysis(model, inputs).independent_assumptions
+            beside: list[Fact] = [*_curves(model, found, inputs)]
+            beside += (facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in uncovered)
             return Verdict(Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
         return Verdict(Status.SINGULAR, fixed, (*unsettled(solved[0]), *unfixed[0]))
@@ -304,24 +311,25 @@ def _curves(
             yield facts.Beside(facts.about(why[0]), leaf.missing, posted)
 
 
-def _uncovered(
-    model: Model, found: Exploration, inputs: Mapping[str, Value], answers: Sequence[Leaf]
-) -> tuple[facts.Uncovered, ...]:
-    """The cases without contradiction in which no rule determines a wanted variable; none if a rule
-    of such a case holds for any value of it, and an answer lies at its end: that continues it."""
-    leaves = [
+def _uncovered(model: Model, found: Exploration) -> Sequence[Leaf]:
+    """The cases without contradiction in which no rule determines a wanted variable."""
+    return [
         leaf
         for leaf in found.open_cases
         if not (leaf.underdetermined or leaf.branch.on_boundary or blocked(model, leaf))
     ]
-    for leaf in leaves:
-        if any(isinstance(f, facts.AsksNothing | facts.RankLoss) for f in leaf.branch.reasons):
-            ends = product((Comparison("=", *pair) for pair in leaf.branch.signs), answers)
-            with suppress(KeyError, Undefined):
-                if any(holds(end, one.branch.values) for end, one in ends):
-                    return ()
-    assumed = CaseAnalysis(model, inputs).independent_assumptions
-    return tuple(facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in leaves)
+
+
+def _continues(answer: Leaf, case: Leaf) -> bool:
+    """Whether an answer lies at the end of a case that leaves something free, as 5 does where ``if
+    a > 5 then y = 5 else y = a``: it is not isolated."""
+    values, known = answer.branch.values, case.branch.values
+    shared = [name for name in known if name in values]
+    ends = (Comparison("=", *pair) for pair in case.branch.signs)
+    with suppress(KeyError, Undefined):
+        at_end = any(holds(end, values) for end in ends)
+        return at_end and are_alike(map(known.get, shared), map(values.get, shared), SAME_ANSWER)
+    return False
 
 
 def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:

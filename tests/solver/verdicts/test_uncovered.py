@@ -66,3 +66,23 @@ def test_a_case_that_other_rules_refute_is_not_left_out(want: list[str] | None) 
     assert result["w"] == pytest.approx(-0.2, rel=1e-14)
     assert str(solver.solve(model, {"b": 4.0}, want=want).status) == "infeasible"
     assert str(solver.solve(model, {"b": 5.0}, want=want).status) == "partial"
+
+
+@pytest.mark.parametrize("condition", ["x > c", "x >= c", "not (x < c)", "not (x <= c)"])
+@pytest.mark.parametrize("cap", [5.0, -2.0, 0.1])
+def test_the_end_of_a_continuum_is_no_answer(condition: str, cap: float) -> None:
+    """Which of the two cases the end belongs to makes no difference: any x from there on will
+    do."""
+    model = rulesheets.loads(f"if {condition} then y = c else y = x\nw = 2*x")
+    result = solver.solve(model, {"y": cap, "c": cap})
+    assert result.status is solver.Status.PARTIAL
+    assert set(result.undetermined) == {"x", "w"}
+    assert solver.solve(model, {"y": cap - 1.0, "c": cap})["x"] == cap - 1.0
+
+
+def test_the_end_of_a_continuum_hides_no_other_answer() -> None:
+    """From 2 on any x will do; so does -2, apart from these."""
+    model = rulesheets.loads("if x > 2 then y = 4 else y = x^2")
+    result = solver.solve(model, {"y": 4.0})
+    assert [answer["x"] for answer in result.solutions] == [-2.0]
+    assert "x > 2" in result.diagnoses[0].message
