@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -38,10 +38,7 @@ def _solved(matrices: Array, rhs: Array) -> Array:
 def _least_norm(matrices: Array, rhs: Array) -> Array:
     """-A⁺ b for each of (k, m, n) and (k, m); singular values up to a share ``NULL`` of the largest
     are 0."""
-    u, s, v = np.linalg.svd(matrices, full_matrices=False)
-    inverse = np.where(s > NULL * s[:, :1], 1.0 / s, 0.0)
-    parts: Any = inverse * np.einsum("kmi,km->ki", u, rhs)
-    found: Array = -np.einsum("kin,ki->kn", v, np.where(inverse > 0.0, parts, 0.0))
+    found: Array = -(np.linalg.pinv(matrices, rcond=NULL) @ rhs[:, :, None])[:, :, 0]
     return found
 
 
