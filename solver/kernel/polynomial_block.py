@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
@@ -37,6 +37,9 @@ from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TO
 from solver.path.polynomial import NoForm, Polynomial
 
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
+
+MAX_RADICALS = 3
+"""Radicals that are eliminated, where a search has left something open."""
 
 FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
@@ -62,9 +65,9 @@ def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
     return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
-def _eliminants(problem: BlockProblem, forms: Forms, exact: Exact = Fraction) -> list[Eliminant]:
+def _eliminants(problem: BlockProblem, forms: Forms, *how: Any) -> list[Eliminant]:
     (tear,), (number,) = problem.kernel.block.tears, problem.kernel.block.residuals
-    return eliminants(problem.graph.model.equations[number], tear, forms, _known(problem), exact)
+    return eliminants(problem.graph.model.equations[number], tear, forms, _known(problem), *how)
 
 
 def _known(problem: BlockProblem) -> dict[str, float]:
@@ -165,12 +168,12 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     if len(block.tears) != 1 or problem.turn(block.tears[0]) is not None or candidates.unresolved:
         return False
     forms = _explicit_forms(problem)
-    found = [] if forms is None else _eliminants(problem, forms)
+    found = [] if forms is None else _eliminants(problem, forms, Fraction, MAX_RADICALS)
     if forms is None or not found:
         return False
     domain = problem.domain(block.tears[0])
     for one in found:
-        roots = _clear_roots(simple_part(one.polynomial), *domain) if one.polynomial else ()
+        roots = _clear_roots(simple_part(one.polynomial), *domain)
         holes = [real_roots(simple_part(factor)) for factor in one.indeterminate]
         if roots is None or None in holes:
             return False

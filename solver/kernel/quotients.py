@@ -41,12 +41,9 @@ from solver.numerics.tolerances import TOUCHING
 from solver.path.polynomial import UNIT, Monomial, NoForm, Polynomial, constant, generator
 
 HIGHEST_DEGREE = 24
-MAX_RADICALS = 3
 MAX_ROOT = 4
 MAX_CHOICES = 64
 """Of the signs of absolute values."""
-CLEAR = Fraction(1, 10**9)
-"""Share of two numbers by which they differ clearly."""
 
 Divisor: TypeAlias = tuple[tuple[Monomial, Fraction], ...]
 """The sorted terms of a polynomial of which the last coefficient is 1."""
@@ -111,8 +108,8 @@ def dense(polynomial: Polynomial) -> Coefficients:
 
 
 class Quotients(Arithmetic[Ratio]):
-    """Quotients of polynomials in the ``unknowns`` and in radicals. An expression that is none of
-    low degree raises NoForm.
+    """Quotients of polynomials in the ``unknowns`` and in so many ``radicals`` at most. An
+    expression that is none of low degree raises NoForm.
 
     ``poles`` are the divisors: where one is 0, some part has no value. ``common`` are polynomials
     that are 0 wherever a divisor and its dividend are, but for the roots of ``sure`` ones, divisors
@@ -125,9 +122,11 @@ class Quotients(Arithmetic[Ratio]):
         unknowns: Iterable[str],
         known: Mapping[str, float],
         exact: Exact = Fraction,
+        radicals: int = 0,
         signs: Signs = (),
     ) -> None:
-        self.exact, self.signs, self.others = exact, signs, list[Signs]()
+        self.exact, self.most = exact, radicals
+        self.signs, self.others = signs, list[Signs]()
         self.values = {name: self.constant(number) for name, number in known.items()}
         self.values |= {name: plain(generator(name)) for name in unknowns}
         self.poles = dict[Divisor, None]()
@@ -142,13 +141,13 @@ class Quotients(Arithmetic[Ratio]):
     def bare(self, found: Polynomial) -> Polynomial:
         """A polynomial without radicals, whose roots include those of ``found``."""
         for inside, degree, radical in reversed(self.radicals):
-            if found.highest > HIGHEST_DEGREE:
-                raise NoForm
             if radical in found.generators:
                 from rulesheets.algebra import resultant  # brings sympy
 
                 relation = plain(generator(radical)).power(degree) + -inside
                 found = Polynomial(resultant(found, relation.top, radical))
+            if found.highest > HIGHEST_DEGREE:
+                raise NoForm
         return found
 
     def constant(self, number: float) -> Ratio:
@@ -219,7 +218,7 @@ class Quotients(Arithmetic[Ratio]):
     def _root(self, base: Ratio, degree: int) -> Ratio:
         known = (name for inside, of, name in self.radicals if (inside, of) == (base, degree))
         if (radical := next(known, None)) is None:
-            if len(self.radicals) == MAX_RADICALS:
+            if len(self.radicals) == self.most:
                 raise NoForm
             radical = f"#r{len(self.radicals)}"
             self.radicals.append((base, degree, radical))
@@ -273,8 +272,8 @@ def _bounded(found: Ratio) -> Ratio:
 
 class Eliminant(NamedTuple):
     """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include
-    every solution at which the polynomials ``positive`` are not negative; empty if there is no
-    solution. ``clear``: nothing is 0/0, no sign was chosen, and rounding left no coefficient."""
+    every solution at which the polynomials ``positive`` are not negative. ``clear``: nothing is
+    0/0, there are no radicals and signs, and rounding left no coefficient."""
 
     polynomial: Coefficients
     indeterminate: tuple[Coefficients, ...]
@@ -288,15 +287,17 @@ def eliminants(
     forms: Sequence[tuple[str, Expression]],
     known: Mapping[str, float],
     exact: Exact = Fraction,
+    radicals: int = 0,
 ) -> list[Eliminant]:
     """The eliminants, one for each choice of signs; none if the equation is not algebraic.
 
-    ``forms`` are further unknowns by those before them; ``known`` numbers are exact.
+    ``forms`` are further unknowns by those before them, with so many ``radicals`` in all; ``known``
+    numbers are exact.
     """
     found, waiting = list[Eliminant](), [Signs()]
     try:
         while waiting:
-            quotients = Quotients([unknown], known, exact, waiting.pop())
+            quotients = Quotients([unknown], known, exact, radicals, waiting.pop())
             quotients.follow(forms)
             found.append(_eliminant(quotients, equation, unknown))
             waiting += quotients.others
@@ -308,33 +309,21 @@ def eliminants(
 
 
 def _eliminant(quotients: Quotients, equation: Equation, unknown: str) -> Eliminant:
-    free = map(quotients.bare, quotients.common)
-    indeterminate = tuple(_coefficients(factor) for factor in free if not _is_number(factor))
-    sides = [quotients.of(side) for side in equation.sides]
-    difference = _bounded(sides[0] + -sides[1])
-    found = quotients.bare(difference.top)
-    parts = [part.times(part.divisors).top * Fraction(sign) for part, sign in quotients.chosen]
-    within = tuple(_coefficients(part) for part in parts if part.generators == {unknown})
-    if within and _is_number(found):  # a case without a solution, unless that is by rounding
-        one, other = (side.number or Fraction(0) for side in sides)
-        if abs(one - other) > CLEAR * max(abs(one), abs(other)):
-            return Eliminant([], indeterminate, within)
-    exact = bool(found) and not (quotients.common or quotients.radicals or quotients.chosen)
+    free = (dense(quotients.bare(factor)) for factor in quotients.common)
+    indeterminate = tuple(factor for factor in free if len(factor) != 1)
+    left, right = map(quotients.of, equation.sides)
+    difference = _bounded(left + -right)
     sizes = ((abs(c), difference.gross.get(powers, 0)) for powers, c in difference.top.items())
-    clear = exact and all(size > TOUCHING * gross for size, gross in sizes)
-    polynomial = dense(found) if clear else _coefficients(found)
+    significant = [size > TOUCHING * gross for size, gross in sizes]
+    if not any(significant):
+        raise NoForm  # it is 0 = 0, but for rounding
+    polynomial = dense(quotients.bare(difference.top))
     for pole in map(Polynomial, quotients.poles):
-        if pole.generators == {unknown}:
+        if polynomial and pole.generators == {unknown}:
             polynomial = without_roots(polynomial, dense(pole))
-    return Eliminant(polynomial, indeterminate, within, clear)
-
-
-def _is_number(polynomial: Polynomial) -> bool:
-    """Whether it is a number other than 0."""
-    return bool(polynomial) and not polynomial.generators
-
-
-def _coefficients(found: Polynomial) -> Coefficients:
-    if not 1 <= found.highest <= HIGHEST_DEGREE:
+    if not polynomial or (len(polynomial) == 1 and quotients.radicals):
         raise NoForm
-    return dense(found)
+    chosen = [part.times(part.divisors).top * Fraction(sign) for part, sign in quotients.chosen]
+    within = tuple(dense(part) for part in chosen if part.generators == {unknown})
+    exact = not (quotients.common or quotients.radicals or quotients.chosen)
+    return Eliminant(polynomial, indeterminate, within, exact and all(significant))

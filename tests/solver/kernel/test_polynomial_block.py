@@ -71,6 +71,13 @@ def test_a_root_where_a_divisor_is_0_is_no_answer() -> None:
     assert result.complete
 
 
+@pytest.mark.parametrize("target", [1.9999999999999996, 2.0, 2.0000000000000004])
+def test_what_rounding_leaves_of_an_equation_proves_nothing(target: float) -> None:
+    """Of each positive x it is x (|x| + 2/x - x) = 2."""
+    result = solved("u = abs(x) + 2/x\nw = abs(u - x)\nk = x*w", k=target)
+    assert result.status is not solver.Status.INFEASIBLE
+
+
 def test_quotients_that_say_the_same_leave_an_unknown_free() -> None:
     result = solved("y = 6/x\nz = 2/x\ny + z = 8/x")
     assert str(result.status) == "partial"

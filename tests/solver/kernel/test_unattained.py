@@ -47,12 +47,27 @@ def test_what_is_rounded_to_the_end_of_an_image_proves_nothing() -> None:
         "y = 3*(1 + erf((x - 5)/2))/2\nq = y + 2\nq = 5",
         "y = 4\nu = 4*x + 1\nw = erfc(u)\ny = 0.5*w + 4",
         "y = 8*tanh(min(x, 2*x + 1))\ny = -8",
+        "y = (1 + 1/x)^x\ny = exp(1)",
+        "u = cosh(x)\nv = sinh(x)\nv/u = 1",
     ],
 )
 def test_a_limit_at_infinity_is_neither_an_answer_nor_leaves_the_unknown_free(rules: str) -> None:
     result = solved(rules)
     assert result.status in (solver.Status.INFEASIBLE, solver.Status.FAILED)
     assert not result.solutions
+
+
+@pytest.mark.parametrize(
+    ("rules", "x"),
+    [
+        ("x + exp(-x) = 1e20/3", 1e20 / 3),
+        ("y = 1/x\nx - y = 1e18/7", 1e18 / 7),
+        ("x*tanh(x) = 1e18/3", 1e18 / 3),
+        ("x*erf(x) + 1/x = 1e20/7", 1e20 / 7),
+    ],
+)
+def test_an_answer_far_out_beside_terms_that_it_absorbs_is_no_limit(rules: str, x: float) -> None:
+    assert pytest.approx(x, rel=1e-15) in [one["x"] for one in solved(rules).solutions]
 
 
 def test_a_spread_of_options_that_pays_less_than_floats_tell_is_not_excluded() -> None:
