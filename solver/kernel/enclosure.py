@@ -155,9 +155,9 @@ class Enclosure:
         """Whether the numerator of the residual is exactly 0 at a point of a box and, by one of its
         first derivatives, nowhere else in it."""
         derivative, longest = self.numerator or self, inf
-        while derivative._length < longest:
+        while derivative._length < longest and derivative.is_zero_at(at, known):
             ((least, most),) = derivative.slopes_over([box], known)
-            if not (-inf < least <= most < inf and derivative.is_zero_at(at, known)):
+            if not -inf < least <= most < inf:
                 return False  # it may be undefined somewhere
             if least > 0.0 or most < 0.0:
                 return True

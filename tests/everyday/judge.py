@@ -17,7 +17,7 @@ import mpmath
 DIGITS = 50
 BOUND = 80 * 2.0**-52
 STEP = mpmath.mpf(10) ** -18
-STEPS = 5
+STEPS, SMALL = 5, 1e-12
 
 Values = Mapping[str, float | str]
 
@@ -74,6 +74,7 @@ def _compiled(expression: str) -> CodeType:
     return compile(text, expression, "eval")
 
 
+@cache
 def _names(rule: str) -> set[str]:
     words = set(re.findall(r"(?<![\w.'])[^\W\d]\w*", rule))
     return words - FUNCTIONS.keys() - {"if", "then", "else", "and", "or", "not"}
@@ -84,7 +85,11 @@ def _value(expression: str, values: Mapping[str, Any]) -> Any:
 
 
 def _exact(values: Values) -> dict[str, Any]:
-    return {name: mpmath.mpf(v) for name, v in values.items() if not isinstance(v, str)}
+    return {
+        name: mpmath.mpf(v) if isinstance(v, (float, int)) else v
+        for name, v in values.items()
+        if not isinstance(v, str)
+    }
 
 
 def _condition(condition: str, values: Values) -> bool:
@@ -121,10 +126,9 @@ def holds(rule: str, values: Values, bound: float = BOUND) -> bool:
 
 def slope(rule: str, values: Values, name: str) -> Any:
     """How far the sides of an equation part where a variable grows, by the share that it grows."""
-    at = _exact(values)
     if name not in _names(rule):
         return mpmath.mpf(0)
-    sides = rule.split("=")
+    at, sides = _exact(values), rule.split("=")
     step = abs(at[name]) * STEP
     above, below = (
         [_value(side, {**at, name: at[name] + h}) for side in sides] for h in (step, -step)
@@ -164,6 +168,8 @@ def distance_to_root(text: str, values: Values, unknown: Sequence[str]) -> float
                 at.update(
                     (name, at[name] * (1 + share)) for name, share in zip(moving, step, strict=True)
                 )
+                if max(map(abs, step), default=0) < SMALL:
+                    break  # the next one would square it
         except (ZeroDivisionError, ValueError, TypeError):
             return 0.0
         return float(max((abs(at[name] / start[name] - 1) for name in moving), default=0))
