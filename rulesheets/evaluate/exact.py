@@ -20,6 +20,7 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Symbol,
+    names,
     rebuilt,
 )
 
@@ -107,6 +108,26 @@ class Rationals(Arithmetic[Fraction]):
                 return known(function, number)
             case _:
                 raise Inexact(node.function)
+
+
+class Decimals(Rationals):
+    """Rational numbers, a float being the shortest decimal that leads to it: 0.1 is 1/10."""
+
+    def number(self, node: Number) -> Fraction:
+        return as_written(node.value)
+
+
+def as_written(number: float) -> Fraction:
+    """The decimal that a float was read from."""
+    return Fraction(repr(float(number)))
+
+
+def cancels_as_written(expression: Expression, values: Mapping[str, Any]) -> bool:
+    """Whether an expression is 0 with the decimals of its numbers, as ``0.1*3 - 0.3``."""
+    with suppress(Inexact, KeyError):
+        read = {name: as_written(values[name]) for name in names(expression)}
+        return not Decimals(read, None).of(expression)
+    return False
 
 
 class Independent(Rationals):

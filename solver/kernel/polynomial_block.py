@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.exact import as_written
 from rulesheets.syntax.nodes import Expression
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
@@ -77,10 +78,14 @@ def _known(problem: BlockProblem) -> dict[str, float]:
 def _one_polynomial(
     problem: BlockProblem, forms: Forms, exact: Exact = Fraction
 ) -> _OnePolynomial | None:
+    """By the decimals as written if a coefficient is no more than the rounding of its terms: the
+    last digit of 0.2 must not lead to a root of 1e20."""
     match _eliminants(problem, forms, exact):
         case [Eliminant(polynomial, clear=True)]:
             simple = simple_part(polynomial)
             return _OnePolynomial(simple, len(simple) < len(polynomial))
+        case [Eliminant(clear=False)] if exact is not as_written:
+            return _one_polynomial(problem, forms, as_written)
     return None
 
 
@@ -101,7 +106,7 @@ def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
     found = _one_polynomial(problem, forms)
     roots = found and _clear_roots(found.simple, *within)
     if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, forms, lambda number: Fraction(repr(number)))
+        written = _one_polynomial(problem, forms, as_written)
         if written and written.several:
             found, roots = written, _clear_roots(written.simple, *within)
     if found is None or roots is None:

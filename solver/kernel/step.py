@@ -15,9 +15,10 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
+from rulesheets.model import Value, Variable
 from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol, names
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import moves_of, sides
@@ -155,6 +156,8 @@ class StepSolver:
     ``floats`` are the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if
     many turns are answers. ``careful``: formulas are evaluated in many digits where floats cancel.
     """
+
+    rounds = True
 
     def __init__(
         self,
@@ -466,9 +469,7 @@ class StepSolver:
         """Refuse a stage that divides by 0 for the target ``at``."""
         if stage.divisor is None:
             return
-        divisor = self.evaluate(stage.divisor, at)
-        self.delicate = self.delicate or self._cancels(stage.divisor, at)
-        if divisor != 0.0:
+        if self._coefficient(stage.divisor, at) != 0.0:
             return
         # what it divides; not a number where that is not asked: more digits tell a tiny divisor
         # from 0 then
@@ -495,12 +496,24 @@ class StepSolver:
         ]
         return len(checks) > 1 and all(check.holds for check in checks)
 
-    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
-        """Whether the value of an expression is tiny relative to its terms, but not 0."""
+    def _coefficient(self, expression: Expression, at: Mapping[str, Value]) -> float:
+        """The value of an expression; 0 if it is with the decimals as written: the last digits of
+        0.1 and 0.3 would lead to roots of 1e17."""
+        number, tiny = self.evaluate(expression, at), self._is_tiny(expression, at)
+        self.delicate = self.delicate or (tiny and self.rounds)
+        return 0.0 if tiny and cancels_as_written(expression, at) else number
+
+    def _is_tiny(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        """Whether the value of an expression is tiny relative to its terms, but not 0, in
+        floats."""
         if isinstance(expression, Name | Number):
             return False
-        result, slopes = derivatives(expression, at)
-        return result != 0.0 and abs(result) <= CANCELLED * sum(moves_of(slopes, at))
+        floats = {n: v if isinstance(v := at[n], str) else float(v) for n in names(expression)}
+        try:
+            result, slopes = derivatives(expression, floats)
+        except Undefined:
+            return False
+        return result != 0.0 and abs(result) <= CANCELLED * sum(moves_of(slopes, floats))
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole
@@ -609,12 +622,8 @@ class StepSolver:
     # --- quadratics ---
 
     def _roots(self, quadratic: Quadratic) -> list[float]:
-        a, b, c = (
-            self.evaluate(part, self.values) for part in (quadratic.a, quadratic.b, quadratic.c)
-        )
-        self.delicate = self._cancels(quadratic.a, self.values) or self._cancels(
-            quadratic.b, self.values
-        )
+        a, b = (self._coefficient(part, self.values) for part in (quadratic.a, quadratic.b))
+        c = self.evaluate(quadratic.c, self.values)
         if a == 0.0:
             if b == 0.0:
                 fact = AsksNothing(self.index, self.unknown) if c == 0.0 else None

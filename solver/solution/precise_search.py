@@ -15,15 +15,15 @@ from functools import partial
 from itertools import chain, repeat
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate import Undefined, derivatives, holds, value
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Comparison, Condition, Expression
+from rulesheets.syntax.nodes import Comparison, Condition, Expression, names
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import absorbs, check_rule
-from solver.accuracy.rule_sides import gross, half_unit, sides
+from solver.accuracy.rule_sides import gross, half_unit, sides, uncertainty
 from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
@@ -49,11 +49,9 @@ from solver.numerics.tolerances import (
     SMALL,
     SPARE,
 )
-from solver.path import Evaluate, SolveBlock, Stage, Step, equations_of
+from solver.path import TARGET, Evaluate, SolveBlock, Stage, Step, equations_of
 from solver.solution.explore import Numbers, PathSearch
 
-NUDGE = 2.0**-20
-"""Relative change of a number by which a second derivative is estimated."""
 INVERSE = math.exp(-1.0)
 """A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a
 larger; moved as far the other way, it grows to less than the inverse of that, or to more."""
@@ -249,16 +247,14 @@ class _PreciseSearch(PathSearch):
     def _drops_out(
         self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]
     ) -> bool:
-        """Whether the slope of a rule along its unknown may be 0."""
-        values, total = branch.values, 0.0
-        slope = sides(rule, values).slopes.get(name, 0.0)
-        for other in rule.names:
-            number = values[other]
-            if other != name and isinstance(number, float) and number and moved.get(other):
-                moved_there = {**values, other: number * (1.0 + NUDGE)}
-                there = sides(rule, moved_there).slopes.get(name, 0.0)
-                total += abs((there - slope) / (NUDGE * number)) * moved[other]
-        return slope != 0.0 and abs(slope) <= total < math.inf
+        """Whether a coefficient of an unknown may be 0."""
+        isolation = self.graph.isolation(rule.index, self.graph.number[name])
+        for stage in isolation.stages if isolation else ():
+            if stage.divisor is not None and TARGET.name not in names(stage.divisor):
+                number = value(stage.divisor, branch.values)
+                if 0.0 < abs(number) <= uncertainty(stage.divisor, branch.values, moved) < math.inf:
+                    return True
+        return False
 
     def _inverts(
         self, branch: Branch, name: str, rule: Equation, moved: Mapping[str, float]
@@ -306,6 +302,8 @@ class _PreciseStep(StepSolver):
     both of its preimages, and one just outside has none.
     """
 
+    rounds = False
+
     def __init__(self, digits: int, *asked: Any) -> None:
         super().__init__(*asked)
         self.digits, self.mp = digits, context(digits)
@@ -322,9 +320,6 @@ class _PreciseStep(StepSolver):
 
     def _near(self, share: float) -> float:
         return float(10.0 ** (SPARE - self.digits))
-
-    def _cancels(self, expression: Expression, at: Mapping[str, Value]) -> bool:
-        return False
 
     def _on_the_edge(self, undefined: Undefined) -> bool:
         return False

@@ -412,6 +412,12 @@ def _growth(flow: Graph, power: int) -> int | None:
     return None if x is None else flow.add("expm1", flow.add("mul", exponent, flow.add("log1p", x)))
 
 
+def vanishes(flow: Graph, node: int) -> bool:
+    """Whether a number is 0 for any inputs."""
+    kind, *parts = flow.nodes[node]
+    return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and vanishes(flow, int(parts[0])))
+
+
 def not_negative(flow: Graph, node: int) -> bool:
     """Whether a node cannot be negative."""
     kind, *parts = flow.nodes[node]

@@ -26,7 +26,7 @@ from solver.path import (
     activity,
 )
 from solver.trace.flow import LIBRARY, Flow
-from solver.trace.graph import NotCompilable
+from solver.trace.graph import NotCompilable, vanishes
 from solver.trace.guards import CLEAR, STRANGE, Guards, State
 from solver.trace.number import Number
 
@@ -145,7 +145,8 @@ class Inverses(Guards):
         found = [flow.expression(form, here) for form in stage.forms]
         if stage.divisor == TARGET:  # what is found is what the rule divides by
             for node in found:
-                flow.require(flow.add("not", flow.is_zero(node)))
+                if not vanishes(flow, node):  # else the rule has no value in any row
+                    flow.require(flow.add("not", flow.is_zero(node)))
         return found
 
     def _same_parity(self, exponent: int) -> None:

@@ -19,9 +19,18 @@ from typing import Any
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.functions import named
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Comparison, Or, names
+from rulesheets.syntax.nodes import Comparison, Or, Quotient, names, walk
 from solver.accuracy.rule_check import check_rule
-from solver.facts import Conflict, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange, Unmet
+from solver.facts import (
+    Conflict,
+    DoubleRoot,
+    Fact,
+    Indeterminacy,
+    NoRoot,
+    NoValue,
+    OutOfRange,
+    Unmet,
+)
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
 from solver.path import SolveBlock, activity, known_rules
@@ -29,7 +38,7 @@ from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE
-from solver.trace.graph import NotCompilable, computed_from, copied, operands
+from solver.trace.graph import NotCompilable, computed_from, copied, operands, vanishes
 from solver.trace.guards import State
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
@@ -293,6 +302,11 @@ class Recording(StepRecording):
                 rules = (self.model.equations[index] for index in fact.equations)
                 every = flow.over("and", (self._broken(state, rule) for rule in rules))
                 broken = flow.add("or", broken, every)
+            elif isinstance(fact, Indeterminacy):  # its rule divides by 0, whatever the inputs are
+                parts = walk(*self.model.equations[fact.equation].sides)
+                divisors = (part.right for part in parts if isinstance(part, Quotient))
+                if any(vanishes(flow, self._expression(state, part)) for part in divisors):
+                    broken = flow.true
         if not all(map(self._numbers, (*state.checks, broken))):
             raise NotCompilable
         known = {*self._guards, *(check for _, holds in self.endings for check in holds)}

@@ -22,7 +22,7 @@ from solver.path.cases import EQUAL, value_of_equality
 from solver.trace.compensated import NOISY, noise, residual
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE, Case, ConstantRootCount, case_of
-from solver.trace.graph import Graph, NotCompilable
+from solver.trace.graph import NotCompilable, vanishes
 from solver.trace.guards import Pattern, State
 from solver.trace.inverses import Candidate, Inverses
 from solver.trace.newton import BlockNewton, eliminate
@@ -280,7 +280,7 @@ class StepRecording(Inverses):
                 case []:
                     rule = self.model.equations[index]
                     miss = self._expression(state, rule.form)
-                    if not _is_zero(self.flow, miss):
+                    if not vanishes(self.flow, miss):
                         raise NotCompilable
                 case [name]:
                     state = self._taken(state, name, self._values(state, index, name))
@@ -491,9 +491,3 @@ class StepRecording(Inverses):
                 flow.beyond(flow.add("sub", a, b), APART, flow.add("abs", a)) for a, b in pairs
             )
             flow.require(flow.over("or", apart))
-
-
-def _is_zero(flow: Graph, node: int) -> bool:
-    """Whether a number is 0 for any inputs."""
-    kind, *parts = flow.nodes[node]
-    return flow.value_of(node) == 0.0 or (kind in ("neg", "div") and _is_zero(flow, int(parts[0])))

@@ -220,6 +220,18 @@ def test_an_unknown_that_may_vanish_keeps_a_record(
     assert plan.records.programs
 
 
+TAX = """if income <= 12000 then tax = 0 else tax = 0.2*(income - 12000)
+average = 100*tax/income"""
+
+
+def test_a_case_in_which_a_rule_divides_0_by_0_stops_no_record() -> None:
+    """Without a tax the average asks for an income of 0."""
+    plan = solver.prepare(rulesheets.loads(TAX), ["average"], ["income"])
+    for average in (10.0, 10.1, 9.8):
+        assert plan.all(average) == [(pytest.approx(2.4e5 / (20.0 - average), rel=1e-12),)]
+    assert plan.records.programs
+
+
 def test_a_double_root_comes_last_in_records_too() -> None:
     """The span is negative, so that the rule for sizes and signs alone would begin with 0."""
     plan = solver.prepare(rulesheets.loads(BEAM.replace("x = 2", "x = -2")), ["x"], ["L"])
