@@ -130,7 +130,7 @@ def cancels_as_written(expression: Expression, values: Mapping[str, Any]) -> boo
     return False
 
 
-class Independent(Rationals):
+class Independent(Decimals):
     """Rational numbers, and one at random next to each irrational value: an expression that is 0
     with them is 0 whatever these values are, as ``exp(a) - exp(a)``, but for odds of some 2^-60 (J.
     T. Schwartz, 1980). Being next to the values they have their signs, and their order."""

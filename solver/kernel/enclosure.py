@@ -12,7 +12,7 @@ from functools import cached_property
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
-from rulesheets.evaluate.exact import Independent, Inexact, exactly
+from rulesheets.evaluate.exact import Decimals, Independent, Inexact, as_written
 from rulesheets.functions import INTERVALS
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
@@ -182,7 +182,7 @@ class Enclosure:
         for part in walk(*(item.expression for item in self._chain.assignments)):
             if isinstance(part, Quotient) and point.is_zero(part.right):
                 with suppress(Inexact):
-                    if exactly(part.left, given):
+                    if Decimals(given, None).of(part.left):
                         return True
         return False
 
@@ -200,7 +200,7 @@ class Enclosure:
         return self._points[x]
 
     def _exact(self, known: Sequence[float]) -> dict[str, Fraction]:
-        return {n: Fraction(v) for n, v in zip(self._known, known, strict=True)}
+        return {n: as_written(v) for n, v in zip(self._known, known, strict=True)}
 
     @cached_property
     def numerator(self) -> Enclosure | None:

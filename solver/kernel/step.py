@@ -19,7 +19,18 @@ from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value, Variable
-from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Quotient, Symbol, names
+from rulesheets.syntax.nodes import (
+    Call,
+    Expression,
+    Name,
+    Number,
+    Power,
+    Quotient,
+    Symbol,
+    names,
+    substitute,
+    subtract,
+)
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
@@ -385,7 +396,7 @@ class StepSolver:
             return [isolation.start.name]
         if isolation.identity and isinstance(isolation.start, Name):
             return [self.values[isolation.start.name]]
-        return list(self._undo([self.evaluate(isolation.start, self.values)], isolation.stages))
+        return list(self._undo([self._coefficient(isolation.start, self.values)], isolation.stages))
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> float:
         return value(expression, values)
@@ -400,18 +411,42 @@ class StepSolver:
     # --- stages ---
 
     def _undo(self, targets: list[float], stages: tuple[Stage, ...]) -> list[float]:
+        whole = stages is self.isolation.stages
         for place, stage in enumerate(stages):
             found: list[float] = []
             refused: Exception | None = None
             for target in targets:
+                if whole:
+                    target = self._as_written(target, stage, stages[:place])
                 try:
                     found += self._operands(stage, target, stages[place + 1 :])
                 except (NoPreimage, Undefined) as error:
                     refused = error
             if not found and refused is not None:
                 raise refused
+            if whole and stage.operation == "sum" and abs(found[0]) <= CANCELLED * abs(target):
+                found = [0.0] if self._leads_to(0.0, stages[: place + 1]) else found
             targets = found
         return targets
+
+    def _as_written(self, target: float, stage: Stage, before: Sequence[Stage]) -> float:
+        """The target, or the end of an image next to it that the decimals as written lead to."""
+        for end in (stage.low, stage.high):
+            if 0.0 < abs(target - end) <= CANCELLED * abs(end) < math.inf and self._leads_to(
+                end, before
+            ):
+                return end
+        return target
+
+    def _leads_to(self, number: float, stages: Sequence[Stage]) -> bool:
+        """Whether some stages lead exactly to a number with the decimals as written."""
+        target: Expression = self.isolation.start
+        for stage in stages:
+            form, *others = stage.forms
+            if others or stage.period is not None:
+                return False
+            target = substitute(form, {TARGET.name: target})
+        return cancels_as_written(subtract(target, Number(number)), self.values)
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
         """The operands for which an operation has the target as its value."""

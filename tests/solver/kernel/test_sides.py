@@ -102,14 +102,14 @@ def test_a_jump_over_a_value_is_no_root(steps: str, slope: float, target: float)
         "mod": math.fmod,
     }
     grid = [k / 5000 for k in range(20001)]
-    heights = [eval(steps, {}, {**functions, "x": x}) + slope * x for x in grid]
+    height = eval(f"lambda x: {steps}", functions)
+    heights = [height(x) + slope * x for x in grid]
     if all(abs(height - target) > slope / 5000 + 1e-9 for height in heights):
         assert (str(result.status), result.complete) == ("infeasible", True)
         return
     assert str(result.status) != "infeasible"
     for answer in result.solutions if slope else ():
-        found = eval(steps, {}, {**functions, "x": answer["x"]}) + slope * answer["x"]
-        assert found == pytest.approx(target)
+        assert height(answer["x"]) + slope * answer["x"] == pytest.approx(target)
 
 
 @pytest.mark.parametrize(

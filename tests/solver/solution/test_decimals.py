@@ -33,6 +33,29 @@ def test_a_saturated_rate_has_no_concentration(most: Decimal, half: Decimal, sha
     assert status(text, rate=most / share) == "infeasible"
 
 
+APPROACHES_ONE = (
+    *("tanh(t/{k})", "erf(t/{k})", "1 - exp(-t/{k})", "t/({k} + t)", "atand(t/{k})/90"),
+    *("sqrt(1 - 1/(t*{k}))", "1 - {k}/t^2", "t/sqrt(t^2 + {k})"),
+)
+
+
+@given(most=decimals, factor=decimals, scale=decimals, form=st.sampled_from(APPROACHES_ONE))
+def test_what_is_approached_is_not_attained(
+    most: Decimal, factor: Decimal, scale: Decimal, form: str
+) -> None:
+    text = f"v = {most}*U*({form.format(k=scale)})"
+    assert status(text, v=most * factor, U=factor) == "infeasible"
+
+
+@given(total=decimals, part=decimals, factor=decimals)
+def test_nothing_is_left_of_decimals_that_cancel(
+    total: Decimal, part: Decimal, factor: Decimal
+) -> None:
+    model = rulesheets.loads(f"all = {part}*{factor} + {total}*rest\nrest = share^2")
+    result = solver.solve(model, {"all": float(part * factor)})
+    assert [(s["rest"], s["share"]) for s in result.solutions] == [(0.0, 0.0)]
+
+
 @given(most=decimals, half=decimals, factor=decimals)
 def test_a_saturated_rate_that_is_computed_is_no_answer(
     most: Decimal, half: Decimal, factor: Decimal

@@ -9,6 +9,7 @@ import pytest
 import rulesheets
 import solver
 from solver import Status
+from tests.sampling import sampled
 
 EXTREMES = [
     ("3 - 2*(x - 1)^2", 3.0, 1.0),
@@ -28,10 +29,10 @@ EXTREMES = [
     ("exp(-x^2)", 1.0, 0.0),
 ]
 ALONE, BLOCK = "y = {}", "w - ({}) = x\nw = x + y"
+EVERY = [*((ALONE, *one) for one in EXTREMES), *sampled([(BLOCK, *one) for one in EXTREMES], 2)]
 
 
-@pytest.mark.parametrize("sheet", [ALONE, BLOCK], ids=["alone", "block"])
-@pytest.mark.parametrize(("form", "y", "x"), EXTREMES)
+@pytest.mark.parametrize(("sheet", "form", "y", "x"), EVERY)
 def test_an_extreme_is_singular(sheet: str, form: str, y: float, x: float) -> None:
     result = solver.solve(rulesheets.loads(sheet.format(form)), {"y": y})
     assert result.status is Status.SINGULAR
