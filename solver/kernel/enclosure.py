@@ -192,7 +192,7 @@ class Enclosure:
             self._at = tuple(known)
             self._points.clear()
         if x not in self._points:
-            point = Independent(self._exact(known) | {self._chain.tears[0]: Fraction(x)})
+            point = Independent(self._exact(known) | {self._chain.tears[0]: as_written(x)})
             for item in self._chain.assignments:
                 with suppress(Inexact):
                     point.numbers[item.name] = point.of(item.expression)
