@@ -18,7 +18,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value, Variable
+from rulesheets.model import Value
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
