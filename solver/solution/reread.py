@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, product
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.evaluate import Undefined
+from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import (
     DIGITS,
     beside,
@@ -29,7 +29,7 @@ from rulesheets.evaluate.digits import (
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
+from rulesheets.syntax.nodes import Expression, Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.facts import (
@@ -262,9 +262,36 @@ def undefined_beside(
         rules = [asked.model.equations[e] for e in step.equations]
         for point in outcome.holes:
             there = {**known, **_rounded(point)}
+            for name, meaning in (one for rule in rules for one in _defined(rule, point)):
+                with suppress(Undefined):
+                    there[name.name] = value(meaning, there)
             undefined = [at for rule in rules if (at := indeterminacy(rule, there)) is not None]
             if undefined and all(_holds_beside(rule, there) for rule in rules):
                 yield undefined[0]
+
+
+def joined(asked: Asked, found: Exploration) -> Asked:
+    """The question with unknowns of blocks that are 0/0 somewhere replaced by what other rules say
+    they are: ``q/x`` and ``q = sin(x)`` have a limit only together."""
+    rules = list(asked.model.equations)
+    blocks = [step for (step, _), outcome in found.outcomes.items() if outcome.holes]
+    for block, index in ((one, index) for one in blocks for index in one.equations):
+        for name, meaning in _defined(rules[index], block.unknowns):
+            for place in {*block.equations} - {index}:
+                sides = (exchange(s, name, meaning) for s in rules[place].sides)
+                rules[place] = rules[place].but(*sides)
+    whole = replace(asked.model, equations=tuple(rules)) if blocks else asked.model
+    return asked._replace(model=whole)
+
+
+def _defined(rule: Equation, unknowns: Container[str]) -> list[tuple[Name, Expression]]:
+    """The unknown that a rule has as its value, and that value."""
+    found = [
+        (side, other)
+        for side, other in (rule.sides, rule.sides[::-1])
+        if isinstance(side, Name) and side.name in unknowns and side not in walk(other)
+    ]
+    return [] if rule.guard else found[:1]
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, float]:
@@ -548,17 +575,18 @@ def judged_again(
     """The verdict, its exploration, and the model as it was read for it, if they are better than a
     first ``verdict`` on what was ``found``. When the time is up, the last one."""
     by, refused = asked.model, (Status.FAILED, Status.INFEASIBLE)
+    whole = joined(asked, found)
     if verdict.status in (Status.SINGULAR, Status.PARTIAL):
         with suppress(TimeIsUp):
             behind = without_vanishing_factors(asked, found, verdict, always=prove)
             by, found, verdict = behind or (by, found, verdict)
     with suppress(TimeIsUp):
         if limits:
-            by, found = with_limits(asked, found)
+            by, found = with_limits(whole, found)
             verdict = judge(asked._replace(model=by), found)._replace(reread=by is not asked.model)
         if verdict.status in refused and verdict.leaves:
             leaf = verdict.leaves[0]
-            beside = undefined_beside(asked, found, leaf.branch.values)
+            beside = undefined_beside(whole, found, leaf.branch.values)
             roots = (f for f in verdict.facts if isinstance(f, NoRoot) and not f.proven)
             holes = chain(beside, (hole(asked, leaf, fact) for fact in roots))
             if undefined := tuple(h for h in holes if h is not None and h.limit is not None):

@@ -280,10 +280,11 @@ def conclude(
     settled = verdict.status in (Status.SOLVED, Status.INCONSISTENT) and not limits
     if settled and not any(outcome.holes for outcome in found.outcomes.values()):
         return verdict, found, asked.model
-    from solver.solution.reread import judged_again, undefined_beside
+    from solver.solution.reread import joined, judged_again, undefined_beside
 
     if settled:
-        holes = undefined_beside(asked, found, verdict.leaves[0].branch.values)
+        whole = joined(asked, found)
+        holes = undefined_beside(whole, found, verdict.leaves[0].branch.values)
         return verdict._replace(facts=(*verdict.facts, *holes)), found, asked.model
     return judged_again(asked, found, verdict, prove, limits)
 

@@ -209,3 +209,36 @@ def test_an_answer_by_a_limit_is_told_beside_others(
     assert hole in note.message
     near = solver.solve(model, {**inputs, "n": inputs["n"] * 1.01})
     assert not any(d.code == "S598" for d in near.diagnoses)
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "limit"),
+    [
+        ("sin(x)", "x", 1.0),
+        ("exp(2*x) - 1", "x", 2.0),
+        ("x", "exp(2*x) - 1", 0.5),
+        ("tanh(0.1*x)", "0.1*x", 1.0),
+        ("x^3 - 1", "x - 1", 3.0),
+        ("10 - x", "ln(10/x)", 10.0),
+        ("1200*x", "1 - (1 + x)^(-12)", 100.0),
+    ],
+)
+@pytest.mark.parametrize(
+    "rules",
+    [
+        "y = ({above})/({below})",
+        "q = {above}\ny = q/({below})",
+        "y = ({above})/q\nq = {below}",
+        "r = {below}\nq = {above}\ny = q/r",
+        "q = p\np = {above}\ny = q/({below})",
+    ],
+)
+def test_a_limit_does_not_depend_on_how_rules_are_divided(
+    above: str, below: str, limit: float, rules: str
+) -> None:
+    model = rulesheets.loads(
+        "variables\n  x in [-0.5, 12]\nrules\n" + rules.format(above=above, below=below)
+    )
+    result = solver.solve(model, {"y": limit})
+    assert str(result.status) == "singular"
+    assert f"the limit is {limit:g}" in result.diagnoses[0].message
