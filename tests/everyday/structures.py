@@ -301,3 +301,16 @@ def footing(B, h, cov, col, Df, PD, PL, M, gs, gc, phi, coh, fc, fy):
         "As": 0.85 * fc * B * 1e6 * a / fy,
         "a": a,
     }
+
+
+@sheet(OWN, "F > Ls, SF > ang, beta h > width Ls, WLL > width, SF R H > m boom ang, H h > Ls ang")
+def crane_sling(m, width, Ls, boom, ang, base, mc, xc):
+    h = sqrt(Ls**2 - width**2 / 4)
+    beta = degrees(atan2(width / 2, h))
+    force, R = m * 9.81 / (2 * cos(radians(beta))) / 1000, boom * cos(radians(ang))
+    Mo, Mr = m * 9.81 * (R - base) / 1000, mc * 9.81 * (base + xc) / 1000
+    forces = {"F": force, "WLL": (1.4 if beta <= 45 else 2) * force}
+    return {"h": h, "beta": beta, "R": R, "H": boom * sind(ang) - h, "Mo": Mo, "Mr": Mr} | {
+        "SF": Mr / Mo,
+        **forces,
+    }

@@ -246,3 +246,19 @@ def sun_height(lat, day, H):
 def sailing(AWS, AWA, BS):
     x, y = AWS * cos(radians(AWA)) - BS, AWS * sin(radians(AWA))
     return {"TWS": hypot(x, y), "TWA": degrees(atan2(y, x)), "VMG": BS * x / hypot(x, y)}
+
+
+@sheet(
+    OWN,
+    "alt azs > day hour, daylight > lat, theta > az, alt daylight > day lat, I > tilt, AM > hour",
+)
+def sun_tracking(lat, day, hour, tilt, az, G):
+    dec, w = 23.45 * sind(360 * (284 + day) / 365), 15 * (hour - 12)
+    sina = sind(lat) * sind(dec) + cosd(lat) * cosd(dec) * cosd(w)
+    alt = degrees(asin(sina))
+    azs = degrees(atan2(sind(w), cosd(w) * sind(lat) - tand(dec) * cosd(lat)))
+    ci = sina * cosd(tilt) + cosd(alt) * sind(tilt) * cosd(azs - az)
+    ws = degrees(acos(-tand(lat) * tand(dec)))
+    mass = {"AM": 1 / (sina + 0.50572 * (alt + 6.07995) ** -1.6364), "daylight": 2 * ws / 15}
+    sun = {"dec": dec, "w": w, "sina": sina, "alt": alt, "azs": azs, "ws": ws, **mass}
+    return {**sun, "ci": ci, "theta": degrees(acos(ci)), "I": G * max(ci, 0)}
