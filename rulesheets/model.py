@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Container, Iterable, Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import import_module
@@ -120,6 +120,13 @@ class Equation:
     @property
     def sides(self) -> tuple[nodes.Expression, nodes.Expression]:
         return self.body.left[0], self.body.right[0]
+
+    @property
+    def definitions(self) -> Iterator[tuple[str, nodes.Expression]]:
+        """A side that is a single name, with the other, which does not read it: ``y = sin(x)``."""
+        for side, other in (self.sides, self.sides[::-1]):
+            if isinstance(side, nodes.Name) and side.name not in nodes.names(other):
+                yield side.name, other
 
     @property
     def form(self) -> nodes.Expression:

@@ -106,10 +106,9 @@ def _implied(graph: ModelGraph, name: str, levels: int) -> tuple[float, float]:
     bounded = math.isfinite(low) and math.isfinite(high)
     for index in graph.users[name] if levels and not bounded else ():
         rule = graph.model.equations[index]
-        for side, other in (rule.sides, rule.sides[::-1]):
-            read = {*names(other)}
-            if not rule.guard and side == Name(name) and name not in read:
-                ends = enclose(other, {n: _implied(graph, n, levels - 1) for n in read})
+        for defined, by in () if rule.guard else rule.definitions:
+            if defined == name:
+                ends = enclose(by, {n: _implied(graph, n, levels - 1) for n in names(by)})
                 size = WIDER * max(map(abs, filter(math.isfinite, ends)), default=0.0)
                 low, high = max(low, ends[0] - size), min(high, ends[1] + size)
     return low, high

@@ -267,8 +267,10 @@ class ModelGraph:
         )
         conditions = (*self.model.conditions, *required, *chosen)
         weighed = self.angles.keys() - _angles(self.model, conditions) if conditions else set()
-        always = (rule for rule in self.model.equations if weighed and not rule.guard)
-        weighed -= {found[0] for rule in always if (found := _valued(*rule.sides))}
+        for rule in self.model.equations if weighed else ():
+            if not rule.guard:
+                by = ((n, call) for n, call in rule.definitions if isinstance(call, Call))
+                weighed -= {name for name, call in by if TABLE[call.function].angle}
         variables = map(self.model.variables.__getitem__, weighed)
         return {v.name for v in variables if v.low == -math.inf or v.high == math.inf}
 
@@ -329,7 +331,7 @@ def angle_evidence(model: Model) -> Sequence[tuple[str, float, int]]:
             alike.setdefault(tuple([numbers[place] for place in places]), []).append(rule)
         for first, same in ((same[0], same) for same in alike.values()):
             number = {name: k for k, name in enumerate(first.names)}
-            said = _rule_angle_evidence(*first.sides)
+            said = _rule_angle_evidence(first)
             read = dict.fromkeys((number[name], turn, turns) for name, turn, turns in said)
             for rule in same:
                 found += [(rule.names[k], turn, turns) for k, turn, turns in read]
@@ -394,21 +396,14 @@ def _numbers_of_angles(*sides: Expression) -> list[int]:
     return found
 
 
-def _rule_angle_evidence(*sides: Expression) -> Iterator[tuple[str, float, int]]:
+def _rule_angle_evidence(rule: Equation) -> Iterator[tuple[str, float, int]]:
     """The evidence of angles in a rule: ``thetaAB = atan2d(…)`` gives one."""
-    if found := _valued(*sides):
-        name, call = found
-        yield name, TABLE[call.function].angle or 0.0, 1
-        sides = call.arguments
-    yield from _evidence(*sides)
-
-
-def _valued(*sides: Expression) -> tuple[str, Call] | None:
-    """A variable, and the inverse function that has it as its value."""
-    for one, other in (sides, sides[::-1]):
-        if isinstance(one, Name) and isinstance(other, Call) and TABLE[other.function].angle:
-            return one.name, other
-    return None
+    read: Sequence[Expression] = rule.sides
+    for name, call in rule.definitions:
+        if isinstance(call, Call) and (turn := TABLE[call.function].angle):
+            yield name, turn, 1
+            read = call.arguments
+    yield from _evidence(*read)
 
 
 def within_half_turns(number: float, turn: float) -> float:

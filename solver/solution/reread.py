@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain, product
@@ -29,7 +29,7 @@ from rulesheets.evaluate.digits import (
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
-from rulesheets.syntax.nodes import Expression, Name, Number, Quotient, calls, exchange, walk
+from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, half_unit
 from solver.facts import (
@@ -262,9 +262,10 @@ def undefined_beside(
         rules = [asked.model.equations[e] for e in step.equations]
         for point in outcome.holes:
             there = {**known, **_rounded(point)}
-            for name, meaning in (one for rule in rules for one in _defined(rule, point)):
-                with suppress(Undefined):
-                    there[name.name] = value(meaning, there)
+            for name, by in (one for rule in rules for one in rule.definitions):
+                if name in point:
+                    with suppress(Undefined):
+                        there[name] = value(by, there)
             undefined = [at for rule in rules if (at := indeterminacy(rule, there)) is not None]
             if undefined and all(_holds_beside(rule, there) for rule in rules):
                 yield undefined[0]
@@ -276,22 +277,12 @@ def joined(asked: Asked, found: Exploration) -> Asked:
     rules = list(asked.model.equations)
     blocks = [step for (step, _), outcome in found.outcomes.items() if outcome.holes]
     for block, index in ((one, index) for one in blocks for index in one.equations):
-        for name, meaning in _defined(rules[index], block.unknowns):
-            for place in {*block.equations} - {index}:
-                sides = (exchange(s, name, meaning) for s in rules[place].sides)
+        for name, by in () if rules[index].guard else rules[index].definitions:
+            for place in {*block.equations} - {index} if name in block.unknowns else ():
+                sides = (exchange(side, Name(name), by) for side in rules[place].sides)
                 rules[place] = rules[place].but(*sides)
     whole = replace(asked.model, equations=tuple(rules)) if blocks else asked.model
     return asked._replace(model=whole)
-
-
-def _defined(rule: Equation, unknowns: Container[str]) -> list[tuple[Name, Expression]]:
-    """The unknown that a rule has as its value, and that value."""
-    found = [
-        (side, other)
-        for side, other in (rule.sides, rule.sides[::-1])
-        if isinstance(side, Name) and side.name in unknowns and side not in walk(other)
-    ]
-    return [] if rule.guard else found[:1]
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, float]:

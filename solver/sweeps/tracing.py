@@ -14,7 +14,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.functions import TABLE
 from rulesheets.model import Equation, Value
-from rulesheets.syntax.nodes import Call, Name
+from rulesheets.syntax.nodes import Call
 from solver.accuracy.rule_sides import sides, size
 from solver.derivatives.linearization import active_equations, slopes
 from solver.facts import Status
@@ -150,12 +150,13 @@ class CurveSystem:
 
 def _direction(equation: Equation) -> tuple[str, float] | None:
     """The angle of a rule ``angle = atan2d(…)``, and the turn by which it jumps at 180."""
-    sides = equation.sides
-    for one, other in (sides, sides[::-1]):
-        if isinstance(one, Name) and isinstance(other, Call):
-            row = TABLE[other.function]
-            if row.direction and row.angle is not None:
-                return one.name, row.angle
+    for name, by in equation.definitions:
+        if (
+            isinstance(by, Call)
+            and TABLE[by.function].direction
+            and (turn := TABLE[by.function].angle)
+        ):
+            return name, turn
     return None
 
 
