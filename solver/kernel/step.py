@@ -354,9 +354,10 @@ class StepSolver:
         ``1/cosd(d) - 1`` at a small d in many digits."""
         if isinstance(formula, Number) or (self.floats and not self.careful):
             return number
-        _, slopes, rounded = rounded_derivatives(formula, self.values)
-        if rounded <= BACKWARD * sum(moves_of(slopes, self.values)):
-            return number
+        with suppress(Undefined):  # a part may overflow where the value does not
+            _, slopes, rounded = rounded_derivatives(formula, self.values)
+            if rounded <= BACKWARD * sum(moves_of(slopes, self.values)):
+                return number
         from rulesheets.evaluate.digits import extended, in_many_digits
 
         with suppress(Undefined):  # digits hold no exponent as large as that of exp(-1e300)

@@ -300,3 +300,12 @@ def test_a_supplement_next_to_0_is_an_answer() -> None:
 def test_an_exponent_too_large_for_digits_stops_no_search() -> None:
     rules = "N = K*exp(ln(N0/K)*exp(-b*t))\ndN = b*N*ln(K/N)\ntinf = ln(ln(K/N0))/b"
     assert solve(rules, N0=500, K=20000, t=25, dN=630).status is Status.FAILED
+
+
+@pytest.mark.parametrize("x", [700.0, 705.5, 708.0, 712.5, 717.0, 730.0, 744.0, 750.0])
+def test_a_part_may_overflow_where_the_value_does_not(x: float) -> None:
+    found = solver.solve(rulesheets.loads("y = 28/(1 + 28/(35*exp(-x)))"), {"x": x})
+    with mpmath.workdps(40):
+        exact = 28 / (1 + 28 / (35 * mpmath.exp(-mpmath.mpf(x))))
+    assert str(found.status) == "solved"
+    assert abs(found["y"] - exact) <= 2e-15 * exact + 5e-324
