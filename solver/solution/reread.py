@@ -425,7 +425,9 @@ def without_copies(asked: Asked, missed: Exploration, prove: bool) -> Exploratio
         <= ROUGHLY * max(gross(rules[index], fact.values) for index in fact.equations)
         for fact in conflicts
     )
-    if conflicts and not slight:
+    reasons = [fact for leaf in missed.leaves for fact in leaf.branch.reasons]
+    clear = not missed.delicate and all(isinstance(fact, NoValue) for fact in reasons)
+    if (conflicts and not slight) or (not conflicts and reasons and clear):
         return None
     for name, number in asked.inputs.items():
         if not isinstance(number, float) or not half_unit(number):

@@ -14,6 +14,7 @@ import math
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 from rulesheets.evaluate import Undefined, holds
@@ -236,15 +237,13 @@ class Recording(StepRecording):
             branch = leaf.branch
             known = [e for e in self.model.equations if branch.values.keys() >= set(e.names)]
             active = [e.index for e in known if activity(e, branch.conditions)]
-            if branch.inactive and (
-                not branch.checked.issuperset(active) or len(branch.reasons) != 1
-            ):
+            if branch.inactive and not branch.checked.issuperset(active):
                 raise NotCompilable
             if len(branch.signs) > 1 and any(
                 all(any(names(side)) for side in pair) for pair in branch.signs
             ):
                 raise NotCompilable
-            self._watch(start, leaf)
+            self._watch(start, leaf, len(branch.reasons))
         if any(isinstance(finder, BlockNewton) for finder in self.flow.finders):
             raise NotCompilable  # of the roots of a block it follows those that the sample has
         self._keep_usual(zeros=False)  # at 0 rules may be read again, without a factor
@@ -252,13 +251,13 @@ class Recording(StepRecording):
             self.flow, len(self.pattern.inputs), (Ending((), tuple(self._guards)),), symbols
         )
 
-    def _watch(self, start: State, leaf: Leaf) -> None:
+    def _watch(self, start: State, leaf: Leaf, stops: int = 1) -> None:
         """Require that a branch without an answer still has none, for the first reason that is
-        known to hold.
+        known to hold; or, where it came to ``stops`` steps without a value, for all of these.
 
         Raises NotCompilable if there is none.
         """
-        for reason in (self._rootless, self._contradicted, self._stopped):
+        for reason in (self._rootless, self._contradicted, partial(self._stopped, stops=stops)):
             with suppress(NotCompilable, KeyError, Undefined):
                 reason(start, leaf)
                 return
@@ -313,17 +312,17 @@ class Recording(StepRecording):
         self._guard(*state.checks, broken)
         self._watches |= set() if leaf.conflicts else self._guards.keys() - known
 
-    def _stopped(self, start: State, leaf: Leaf) -> None:
-        """The branch came to a step without a value."""
+    def _stopped(self, start: State, leaf: Leaf, stops: int) -> None:
+        """The branch came to a step without a value, or to several."""
         branch = leaf.branch.fork()
         if not branch.inactive:
             raise NotCompilable
         branch.inactive = {}
         state = self._on(self._steps(start.fork(), replace(leaf, branch=branch), within=False))
-        impossible = self._impossible(state, leaf.branch.reasons[0], leaf)
-        if not all(map(self._numbers, (*state.checks, impossible))):
+        impossible = [self._impossible(state, why, leaf) for why in leaf.branch.reasons[:stops]]
+        if not all(map(self._numbers, (*state.checks, *impossible))):
             raise NotCompilable
-        self._guard(*state.checks, impossible)
+        self._guard(*state.checks, *impossible)
 
     def _keep_usual(self, zeros: bool = True) -> None:
         """Require inputs of ordinary size, whose products do not over- or underflow, or 0."""

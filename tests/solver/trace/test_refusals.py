@@ -216,3 +216,18 @@ def test_a_row_of_zero_is_contradicted_as_a_solve_says_after_a_refused_one() -> 
         verdict = solver.solve(model, {"N": n, "P": 105.0}).status
         with pytest.raises(solver.Unsolved, match=str(verdict)):
             plan(n, 105.0)
+
+
+def test_a_row_that_several_rules_refuse_is_refused_by_all_of_them() -> None:
+    """No side leads to such an angle: neither by the law of sines nor by that of cosines."""
+    text = "a*sind(C) = c*sind(A)\na^2 = b^2 + c^2 - 2*b*c*cosd(A)\nA + B + C = 180"
+    sheet = f"variables\n  a = 13 > 0\n  b > 0\n  c = 15 > 0\n  A > 0 < 180\nrules\n{text}"
+    plan = solver.prepare(rulesheets.loads(sheet), ["A"], ["b"])
+    column = np.linspace(50.0, 120.0, 600)
+    fits = 15.0 * np.sin(np.radians(column)) < 13.0
+    found = statuses(plan, column)
+    assert [one == "solved" for one in found] == [
+        bool(one) and x < 90 for one, x in zip(fits, column, strict=True)
+    ]
+    assert {*found} == {"solved", "infeasible"}
+    assert plan.records.refusals
