@@ -267,7 +267,9 @@ def undefined_beside(
                     with suppress(Undefined):
                         there[name] = value(by, there)
             undefined = [at for rule in rules if (at := indeterminacy(rule, there)) is not None]
-            if undefined and all(_holds_beside(rule, there) for rule in rules):
+            if any(at.limit is not None for at in undefined) and all(
+                _holds_beside(rule, there) for rule in rules
+            ):
                 yield undefined[0]
 
 

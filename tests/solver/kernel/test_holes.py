@@ -138,3 +138,12 @@ def test_a_divisor_multiplied_out_adds_no_answer(power: int, factor: float, reve
     expected = [] if power % 2 and factor < 0.0 else sorted(sign * size for sign in signs)
     assert found.complete
     assert sorted(answer["t"] for answer in found.solutions) == pytest.approx(expected)
+
+
+def test_a_point_without_a_limit_is_no_further_answer() -> None:
+    """At n = 0 and C = S the yearly loss is 0/0, and other in every direction."""
+    rules = "S = C*(1 - d)^n\nloss = (C - S)/n"
+    found = solver.solve(rulesheets.loads(rules), {"S": 5000.0, "loss": 7500.0, "d": 0.32})
+    assert len(found.solutions) == 1
+    assert found.complete
+    assert not found.diagnoses
