@@ -18,7 +18,6 @@ from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, g
 from rulesheets.functions.intervals import least as smaller
 from rulesheets.syntax.nodes import Name, Number, Quotient, walk
 from solver.kernel.chain import (
-    LONGEST,
     Assignment,
     Chain,
     chosen,
@@ -66,6 +65,8 @@ def quotient(
 
 # --- a chain over boxes ---
 
+LONGEST_SLOPE = 1000
+"""Parts of the expressions of a derivative up to which its sign beside 0/0 is worth the time."""
 FAR, DECADES = 4096.0, 16.0
 """The size from which boxes are also examined over reciprocals; and the quotient of the ends of
 nearer ones that are."""
@@ -161,7 +162,7 @@ class Enclosure:
                 return False  # it may be undefined somewhere
             if least > 0.0 or most < 0.0:
                 return True
-            derivative, longest = derivative._derivative, LONGEST
+            derivative, longest = derivative._derivative, LONGEST_SLOPE
         return False
 
     @cached_property

@@ -313,7 +313,7 @@ def sphere_floating(R, s):
     return {"V": V, "Vs": s * V, "h": h}
 
 
-@sheet(OWN, "Q > S, Q > n, theta > y, v Q > n y, Q theta > n y")
+@sheet(OWN, "Q > S, Q > n, theta > y, R > D, v Q > n y, Q theta > n y")
 def chezy_circular(D, n, S, y):
     theta = 2 * acos(1 - 2 * y / D)
     A, P = D**2 / 8 * (theta - sin(theta)), D * theta / 2
