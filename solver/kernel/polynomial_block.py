@@ -14,7 +14,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
@@ -23,7 +23,7 @@ from rulesheets.syntax.nodes import Expression
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.quotients import (
-    HIGHEST_DEGREE,
+    NOT_RATIONAL,
     Coefficients,
     Eliminant,
     Exact,
@@ -35,7 +35,7 @@ from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.one_unknown import real_roots, simple_part
 from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
-from solver.path.polynomial import NoForm, Polynomial
+from solver.path.polynomial import Polynomial
 
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 
@@ -44,21 +44,6 @@ MAX_RADICALS = 3
 
 FLAT = Fraction(1, 1000)
 """Share of the terms of a slope, x p'(x), that is left where more roots are near x than one."""
-
-
-class _OnePolynomial(NamedTuple):
-    """A block as a polynomial in its tear: ``simple`` has each of its roots once, ``several`` tells
-    whether some are multiple."""
-
-    simple: Coefficients
-    several: bool
-
-    def has_neighbours(self, roots: Sequence[float]) -> bool:
-        """Whether it is so flat at one of these roots that others, real or not, must be near."""
-        return any(
-            _cancels([k * c * x**k for k, c in enumerate(self.simple)], FLAT)
-            for x in map(Fraction, roots)
-        )
 
 
 def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
@@ -75,50 +60,62 @@ def _known(problem: BlockProblem) -> dict[str, float]:
     return dict(zip(problem.kernel.known, problem.known, strict=True))
 
 
-def _one_polynomial(
-    problem: BlockProblem, forms: Forms, exact: Exact = Fraction
-) -> _OnePolynomial | None:
-    """By the decimals as written if a coefficient is no more than the rounding of its terms: the
-    last digit of 0.2 must not lead to a root of 1e20."""
+def _terms(coefficients: Coefficients, x: float) -> list[Fraction]:
+    """The terms of a polynomial at a point."""
+    return [c * Fraction(x) ** k for k, c in enumerate(coefficients)]
+
+
+def _simple(problem: BlockProblem, forms: Forms, exact: Exact) -> tuple[Coefficients, bool]:
+    """The polynomial in the tear with each of its roots once, and whether some are multiple; empty
+    if there is none. By the decimals as written if a coefficient is no more than the rounding of
+    its terms: the last digit of 0.2 must not lead to a root of 1e20."""
     match _eliminants(problem, forms, exact):
         case [Eliminant(polynomial, clear=True)]:
             simple = simple_part(polynomial)
-            return _OnePolynomial(simple, len(simple) < len(polynomial))
+            return simple, len(simple) < len(polynomial)
         case [Eliminant(clear=False)] if exact is not as_written:
-            return _one_polynomial(problem, forms, as_written)
-    return None
+            return _simple(problem, forms, as_written)
+    return [], False
 
 
-def solve_as_polynomial(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False if the block is not such a polynomial, or rounding leaves one in
-    doubt.
+def _has_neighbours(simple: Coefficients, roots: Sequence[float]) -> bool:
+    """Whether a polynomial is so flat at one of these roots that others, real or not, must be
+    near."""
+    slope = [k * c for k, c in enumerate(simple)]
+    return any(_cancels(_terms(slope, x), FLAT) for x in roots)
 
-    Multiple roots are those of the exact numbers; or of the decimals as written: (x - 1.6)^3
-    expanded has a triple root, which rounding splits.
-    """
-    (tear,), forms = problem.kernel.block.tears, _explicit_forms(problem)
-    if forms is None:
-        return False
+
+def solve_polynomials(problem: BlockProblem, candidates: Candidates) -> bool:
+    """Find the answers; False if the block leads to no such polynomials, or rounding leaves an
+    answer in doubt."""
+    forms = _explicit_forms(problem)
+    by = _solve_one if len(problem.kernel.block.tears) == 1 else _solve_two
+    return forms is not None and by(problem, candidates, forms)
+
+
+def _solve_one(problem: BlockProblem, candidates: Candidates, forms: Forms) -> bool:
+    """Multiple roots are those of the exact numbers; or of the decimals as written: (x - 1.6)^3
+    expanded has a triple root, which rounding splits."""
+    (tear,) = problem.kernel.block.tears
     domain = problem.domain(tear)
     # of a range with what rounding may lead beyond its ends
     slack = BACKWARD * max([abs(end) for end in domain if math.isfinite(end)], default=0.0)
     within = domain[0] - slack, domain[1] + slack
-    found = _one_polynomial(problem, forms)
-    roots = found and _clear_roots(found.simple, *within)
-    if found and not found.several and (roots is None or found.has_neighbours(roots)):
-        written = _one_polynomial(problem, forms, as_written)
-        if written and written.several:
-            found, roots = written, _clear_roots(written.simple, *within)
-    if found is None or roots is None:
+    simple, several = _simple(problem, forms, Fraction)
+    roots = _clear_roots(simple, *within)
+    if simple and not several and (roots is None or _has_neighbours(simple, roots)):
+        written, several = _simple(problem, forms, as_written)
+        roots = _clear_roots(written, *within) if several else roots
+    if not simple or roots is None:
         return False
     trial = Candidates(problem)
     for root in roots:
         point = _point_at(problem, forms, {tear: root})
         if point is None:
             return False
-        if found.several and problem.holds(point):
+        if several and problem.holds(point):
             trial.keep(point, singular=True, counted=True)
-        elif not (is_clearly_violated(problem, point) if found.several else trial.settles(point)):
+        elif not (is_clearly_violated(problem, point) if several else trial.settles(point)):
             return False
     candidates.take(trial)
     return True
@@ -145,10 +142,7 @@ def _clear_roots(
     extrema = real_roots(simple_part(slope)) if len(simple) > 2 else ()
     if extrema is None:
         return None
-    touches = (
-        _cancels([c * x**k for k, c in enumerate(simple)], TOUCHING) for x in map(Fraction, extrema)
-    )
-    return None if any(touches) else roots
+    return None if any(_cancels(_terms(simple, x), TOUCHING) for x in extrema) else roots
 
 
 def _point_at(
@@ -192,8 +186,7 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
 
 def _is_within(positive: Sequence[Coefficients], root: float) -> bool:
     """Whether no polynomial is clearly negative at a root."""
-    exact = Fraction(root)
-    terms = ([c * exact**k for k, c in enumerate(polynomial)] for polynomial in positive)
+    terms = [_terms(polynomial, root) for polynomial in positive]
     return all(sum(some) >= 0 or _cancels(some, TOUCHING) for some in terms)
 
 
@@ -242,20 +235,17 @@ HIGHEST_OF_TWO, HIGHEST_RESULTANT = 6, 15
 """Degree of two residuals in each tear, and of their resultants."""
 
 
-def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
-    """Find the answers; False if the block is not such a system, or rounding leaves one in
-    doubt."""
-    block, forms = problem.kernel.block, _explicit_forms(problem)
-    if forms is None:
-        return False
-    tears, quotients = block.tears, Quotients(block.tears, _known(problem))
+def _solve_two(problem: BlockProblem, candidates: Candidates, forms: Forms) -> bool:
+    block = problem.kernel.block
+    tears = block.tears
     try:
+        quotients = Quotients(tears, _known(problem))
         quotients.follow(forms)
         if quotients.common:
             return False  # where a step is 0/0 its unknown is free
         rules = (problem.graph.model.equations[number] for number in block.residuals)
         p, q = (quotients.of(rule.left - rule.right).top for rule in rules)
-    except (NoForm, OverflowError):
+    except NOT_RATIONAL:
         return False
     if not (p and q):
         return False
@@ -279,8 +269,8 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
         at = dict(zip(tears, pair, strict=True))
         if _misses(p, at) or _misses(q, at):
             continue
-        exact = not (sum(_terms(p, at)) or sum(_terms(q, at)))
-        if exact and not all(sum(_terms(Polynomial(pole), at)) for pole in quotients.poles):
+        exact = not (sum(_terms_at(p, at)) or sum(_terms_at(q, at)))
+        if exact and not all(sum(_terms_at(Polynomial(pole), at)) for pole in quotients.poles):
             undefined = True
         elif not _refined(problem, trial, forms, at):
             return False
@@ -290,7 +280,7 @@ def solve_by_resultant(problem: BlockProblem, candidates: Candidates) -> bool:
     return True
 
 
-def _terms(polynomial: Polynomial, at: Mapping[str, float]) -> list[Fraction]:
+def _terms_at(polynomial: Polynomial, at: Mapping[str, float]) -> list[Fraction]:
     return [
         c * math.prod(Fraction(at[name]) ** exponent for name, exponent in monomial)
         for monomial, c in polynomial.items()
@@ -300,7 +290,7 @@ def _terms(polynomial: Polynomial, at: Mapping[str, float]) -> list[Fraction]:
 def _misses(polynomial: Polynomial, at: Mapping[str, float]) -> bool:
     """Whether a polynomial is not 0 anywhere near a point, by more than the rounding of the
     inputs."""
-    return not _cancels(_terms(polynomial, at), TOUCHING * HIGHEST_DEGREE)
+    return not _cancels(_terms_at(polynomial, at), 2 * TOUCHING * HIGHEST_OF_TWO)
 
 
 def _refined(

@@ -22,7 +22,7 @@ from operator import mul
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate import value
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import (
@@ -33,12 +33,14 @@ from rulesheets.syntax.nodes import (
     Power,
     Product,
     Sum,
-    Symbol,
     rebuilt,
 )
 from solver.numerics.one_unknown import common_divisor, without_roots
 from solver.numerics.tolerances import TOUCHING
 from solver.path.polynomial import UNIT, Monomial, NoForm, Polynomial, constant, generator
+
+NOT_RATIONAL = NoForm, KeyError, ArithmeticError
+"""What is raised of an expression that is no quotient of polynomials."""
 
 HIGHEST_DEGREE = 24
 MAX_ROOT = 4
@@ -109,7 +111,7 @@ def dense(polynomial: Polynomial) -> Coefficients:
 
 class Quotients(Arithmetic[Ratio]):
     """Quotients of polynomials in the ``unknowns`` and in so many ``radicals`` at most. An
-    expression that is none of low degree raises NoForm.
+    expression that is none of low degree raises NOT_RATIONAL.
 
     ``poles`` are the divisors: where one is 0, some part has no value. ``common`` are polynomials
     that are 0 wherever a divisor and its dividend are, but for the roots of ``sure`` ones, divisors
@@ -159,12 +161,7 @@ class Quotients(Arithmetic[Ratio]):
         return self.constant(node.value)
 
     def name(self, node: Name) -> Ratio:
-        if node.name not in self.values:
-            raise NoForm
         return self.values[node.name]
-
-    def symbol(self, node: Symbol) -> Ratio:
-        raise NoForm
 
     def sum(self, node: Sum) -> Ratio:
         return _bounded(super().sum(node))
@@ -257,10 +254,7 @@ class Quotients(Arithmetic[Ratio]):
         numbers = [float(part.number) for part in parts if part.number is not None]
         if len(numbers) < len(parts):
             raise NoForm
-        try:
-            return self.constant(value(rebuilt(node, tuple(map(Number, numbers))), {}))
-        except Undefined:
-            raise NoForm from None
+        return self.constant(value(rebuilt(node, tuple(map(Number, numbers))), {}))
 
 
 def _bounded(found: Ratio) -> Ratio:
@@ -303,7 +297,7 @@ def eliminants(
             waiting += quotients.others
             if len(found) + len(waiting) > MAX_CHOICES:
                 return []
-    except (NoForm, OverflowError):
+    except NOT_RATIONAL:
         return []
     return found
 

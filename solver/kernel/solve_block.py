@@ -150,7 +150,6 @@ class _Methods:
 
     def __init__(self, problem: BlockProblem, off: InputErrors) -> None:
         self.problem, self.budget, self.kernel = problem, problem.budget, problem.kernel
-        self.torn_once = len(self.kernel.block.tears) == 1
         self.off = off
         self.candidates = Candidates(problem)
         self.complete = self.whole = False
@@ -236,14 +235,9 @@ class _Methods:
                 self._sparsely()
                 solved = bool(candidates.answers)
             case Method.POLYNOMIAL:
-                from solver.kernel import polynomial_block as polynomial
+                from solver.kernel.polynomial_block import solve_polynomials
 
-                by = (
-                    polynomial.solve_as_polynomial
-                    if self.torn_once
-                    else polynomial.solve_by_resultant
-                )
-                solved = by(problem, candidates)
+                solved = solve_polynomials(problem, candidates)
             case Method.FORMULA:
                 solved = kernel.closed is not None and solve_by_formula(
                     problem, candidates, kernel.closed
@@ -324,7 +318,8 @@ class _Methods:
         if many or not (positive or self.budget.brief):
             self._sparsely(every=many)
         candidates.tried(Method.STARTS)
-        if self.torn_once and not candidates.answers and not self.kernel.exhaustive:
+        torn_once = len(self.kernel.block.tears) == 1
+        if torn_once and not candidates.answers and not self.kernel.exhaustive:
             from solver.kernel.tear_search import TearSearch
 
             TearSearch(problem, candidates, self.kernel).run()
