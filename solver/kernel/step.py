@@ -167,7 +167,7 @@ class StepSolver:
     many turns are answers. ``careful``: formulas are evaluated in many digits where floats cancel.
     """
 
-    rounds = True
+    rounds, by_decimals, cancelled = True, True, False
 
     def __init__(
         self,
@@ -375,6 +375,16 @@ class StepSolver:
         slope = self._slope(number)[1]
         return before * after >= 0.0 and abs(slope) * beside <= CORNER * abs(after)
 
+    def _explained(self, number: float) -> bool:
+        """Whether what the rule misses by in floats is the rounding of its variables, and not of
+        its own numbers."""
+        at = self._floats(number)
+        with suppress(Undefined):
+            left, right, slopes, _ = sides(self.equation, at)
+            moves = sum(moves_of(slopes, at))
+            return moves > 0.0 and abs(left - right) <= BACKWARD * moves
+        return False
+
     def _slope(self, number: float) -> tuple[float | None, float]:
         """The residual of the equation in floats, and its slope by the unknown."""
         at = self._floats(number)
@@ -396,7 +406,11 @@ class StepSolver:
             return [isolation.start.name]
         if isolation.identity and isinstance(isolation.start, Name):
             return [self.values[isolation.start.name]]
-        return list(self._undo([self._coefficient(isolation.start, self.values)], isolation.stages))
+        found = self._undo([self._coefficient(isolation.start, self.values)], isolation.stages)
+        if self.cancelled and not all(map(self._explained, found)):
+            self.by_decimals = False
+            found = self._undo([self.evaluate(isolation.start, self.values)], isolation.stages)
+        return list(found)
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> float:
         return value(expression, values)
@@ -430,11 +444,11 @@ class StepSolver:
         return targets
 
     def _as_written(self, target: float, stage: Stage, before: Sequence[Stage]) -> float:
-        """The target, or the end of an image next to it that the decimals as written lead to."""
-        for end in (stage.low, stage.high):
-            if 0.0 < abs(target - end) <= CANCELLED * abs(end) < math.inf and self._leads_to(
-                end, before
-            ):
+        """The target, or the open end of an image next to it that the decimals as written lead
+        to."""
+        for end, is_open in ((stage.low, stage.low_open), (stage.high, stage.high_open)):
+            near = is_open and 0.0 < abs(target - end) <= CANCELLED * abs(end) < math.inf
+            if near and self._leads_to(end, before):
                 return end
         return target
 
@@ -446,7 +460,13 @@ class StepSolver:
             if others or stage.period is not None:
                 return False
             target = substitute(form, {TARGET.name: target})
-        return cancels_as_written(subtract(target, Number(number)), self.values)
+        return self._vanishes(subtract(target, Number(number)), self.values)
+
+    def _vanishes(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+        """Whether nothing is left of an expression with the decimals as written."""
+        found = self.by_decimals and cancels_as_written(expression, at)
+        self.cancelled = self.cancelled or found
+        return found
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
         """The operands for which an operation has the target as its value."""
@@ -536,7 +556,7 @@ class StepSolver:
         0.1 and 0.3 would lead to roots of 1e17."""
         number, tiny = self.evaluate(expression, at), self._is_tiny(expression, at)
         self.delicate = self.delicate or (tiny and self.rounds)
-        return 0.0 if tiny and cancels_as_written(expression, at) else number
+        return 0.0 if tiny and self._vanishes(expression, at) else number
 
     def _is_tiny(self, expression: Expression, at: Mapping[str, Value]) -> bool:
         """Whether the value of an expression is tiny relative to its terms, but not 0, in

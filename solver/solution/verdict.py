@@ -327,8 +327,10 @@ def _continues(answer: Leaf, case: Leaf) -> bool:
     shared = [name for name in known if name in values]
     ends = (Comparison("=", *pair) for pair in case.branch.signs)
     with suppress(KeyError, Undefined):
-        at_end = any(holds(end, values) for end in ends)
-        return at_end and are_alike(map(known.get, shared), map(values.get, shared), SAME_ANSWER)
+        alike = are_alike(map(known.get, shared), map(values.get, shared), SAME_ANSWER)
+        reasons = case.branch.reasons  # a rule may hold for any value, where others jump at the end
+        idle = any(isinstance(why, facts.AsksNothing | facts.RankLoss) for why in reasons)
+        return (alike or idle) and any(holds(end, values) for end in ends)
     return False
 
 
