@@ -24,8 +24,8 @@ from rulesheets.syntax.nodes import (
     rebuilt,
 )
 
-LARGEST = 64
-"""Exponents beyond which numbers are not multiplied out."""
+LARGEST, LONGEST = 64, 20_000
+"""Exponents beyond which numbers are not multiplied out, and binary digits of a power."""
 BESIDE, LEAST = 2**128, Fraction(1, 2**1100)
 """Numbers of 64 bits are so many times the share by which one differs from a value; and the size of
 a value that floats take for 0."""
@@ -91,6 +91,8 @@ class Rationals(Arithmetic[Fraction]):
         if base == 0 and exponent > 0:
             return base
         if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
+            raise Inexact("^")
+        if abs(exponent) * max(part.bit_length() for part in base.as_integer_ratio()) > LONGEST:
             raise Inexact("^")
         return base ** int(exponent)
 

@@ -65,7 +65,7 @@ def quotient(
 
 # --- a chain over boxes ---
 
-LONGEST_SLOPE = 1000
+LONGEST_SLOPE = 750
 """Parts of the expressions of a derivative up to which its sign beside 0/0 is worth the time."""
 FAR, DECADES = 4096.0, 16.0
 """The size from which boxes are also examined over reciprocals; and the quotient of the ends of
@@ -157,12 +157,11 @@ class Enclosure:
         first derivatives, nowhere else in it."""
         derivative, longest = self.numerator or self, inf
         while derivative._length < longest and derivative.is_zero_at(at, known):
-            ((least, most),) = derivative.slopes_over([box], known)
-            if not -inf < least <= most < inf:
-                return False  # it may be undefined somewhere
-            if least > 0.0 or most < 0.0:
-                return True
-            derivative, longest = derivative._derivative, LONGEST_SLOPE
+            slope = derivative._derivative
+            if not slope.is_zero_at(at, known):
+                ((least, most),) = derivative.slopes_over([box], known)
+                return -inf < least <= most < inf and (least > 0.0 or most < 0.0)
+            derivative, longest = slope, LONGEST_SLOPE
         return False
 
     @cached_property
