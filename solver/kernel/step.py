@@ -15,7 +15,6 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
@@ -26,6 +25,7 @@ from rulesheets.syntax.nodes import (
     Number,
     Power,
     Quotient,
+    Sum,
     Symbol,
     names,
     substitute,
@@ -406,11 +406,18 @@ class StepSolver:
             return [isolation.start.name]
         if isolation.identity and isinstance(isolation.start, Name):
             return [self.values[isolation.start.name]]
-        found = self._undo([self._coefficient(isolation.start, self.values)], isolation.stages)
+        found = self._undo([self._start()], isolation.stages)
         if self.cancelled and not all(map(self._explained, found)):
             self.by_decimals = False
             found = self._undo([self.evaluate(isolation.start, self.values)], isolation.stages)
         return list(found)
+
+    def _start(self) -> float:
+        """The value of the start; 0 if it is a sum of which nothing is left."""
+        start, known = self.isolation.start, self.values
+        number = self.evaluate(start, known)
+        rests = isinstance(start, Sum) and self._is_tiny(start, known)
+        return 0.0 if rests and self._vanishes(start, known) else number
 
     def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> float:
         return value(expression, values)
@@ -464,6 +471,8 @@ class StepSolver:
 
     def _vanishes(self, expression: Expression, at: Mapping[str, Value]) -> bool:
         """Whether nothing is left of an expression with the decimals as written."""
+        from rulesheets.evaluate.exact import cancels_as_written  # where floats have cancelled
+
         found = self.by_decimals and cancels_as_written(expression, at)
         self.cancelled = self.cancelled or found
         return found
