@@ -24,7 +24,7 @@ with suppress(ImportError):
         False
     )
 # How long an example takes says more about the machine's other work than about the code.
-settings.register_profile("backsolve", deadline=None, derandomize=True, max_examples=40)
+settings.register_profile("backsolve", deadline=None, derandomize=True, max_examples=50)
 settings.register_profile("random", deadline=None, derandomize=False)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "backsolve"))
 

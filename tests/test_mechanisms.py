@@ -25,7 +25,7 @@ SHEETS = [
     if path.stem != "crank_driven"
 ]
 BY_NAME = {mechanism.model: mechanism for mechanism in MECHANISMS}
-ANGLES = [-90.0, 0.0, 90.0, 180.0, *(float(angle) for angle in range(-175, 180, 71))]
+ANGLES = [-90.0, 0.0, 90.0, 180.0, *(float(angle) for angle in range(-175, 180, 44))]
 """With the positions that are in line or at right angles."""
 EVERY_DEGREE = [float(angle) for angle in range(-179, 181)]
 RATES = (7.0, -11.0)
