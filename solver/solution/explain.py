@@ -255,7 +255,8 @@ class _Explanation:
             if inputs_only
             else f"{answer} meets this requirement"
         )
-        short = "" if fact.miss is None else f": it is missed by {number_text(rounded(fact.miss))}"
+        short = f": it is missed by {number_text(rounded(fact.miss))}" if fact.miss else ""
+        short = ": its sides are equal" if fact.miss == 0.0 else short
         notes = [] if inputs_only else [f"the answer nearest to it has {listed(said)}"]
         if answer != "no answer" and notes:
             unknown = [name for name in requirement.names if name not in self.inputs]

@@ -65,6 +65,11 @@ def test_inputs_alone_can_break_a_requirement() -> None:
     )
 
 
+def test_equal_sides_are_not_called_a_miss_of_nothing() -> None:
+    (diagnosis,) = solve("D^2 = 9\nD > d", d=3.0).diagnoses
+    assert diagnosis.message == "no answer meets this requirement: its sides are equal"
+
+
 def test_only_what_is_proven_is_infeasible() -> None:
     text = "exp(x) + sin(y) = 4\nx*y + cos(x + y) = 2\nx + y > 1000"
     result = solve(text)
