@@ -87,6 +87,10 @@ class Variable:
             return self.low
         return self.high if number > self.high and not self.high_open else number
 
+    def distance(self, number: float) -> float:
+        """How far a number lies beyond an end of the range."""
+        return max(self.low - number, number - self.high, 0.0)
+
 
 class Premise(NamedTuple):
     """A condition of the model (by index), with the outcome that makes an equation active."""

@@ -254,14 +254,14 @@ class StepSolver:
     def _kept(self, numbers: list[float]) -> StepOutcome:
         kept: list[float] = []
         ordered: list[float] = []  # of a long list only the neighbours need comparing
-        outside: float | None = None
+        outside: list[float] = []
         lost = False
         for number in numbers:
             number = self._inside(self._polished(number))
             if not math.isfinite(number):
                 lost = True
             elif not self.variable.admits(float(number)):
-                outside = float(number)
+                outside.append(float(number))
             elif self._holds(number):
                 place = bisect(ordered, number)
                 beside, near = ordered[max(place - 1, 0) : place + 1], self._near(8 * EPS)
@@ -279,13 +279,14 @@ class StepSolver:
         complete, delicate = self.complete and not lost, self.delicate or double is not None
         return StepOutcome(tuple(kept), None, complete, double, delicate)
 
-    def _why_none(self, numbers: list[float], outside: float | None, lost: bool) -> StepOutcome:
+    def _why_none(self, numbers: list[float], outside: list[float], lost: bool) -> StepOutcome:
         """Why none of these preimages is an answer."""
         delicate = self.delicate
-        if outside is not None:
+        if outside:
+            nearest = min(outside, key=self.variable.distance)
             # beside a larger number
-            lost = not check_rule(self.equation, self._floats(outside)).holds
-            fact = OutOfRange(self.index, self.unknown, outside)
+            lost = not check_rule(self.equation, self._floats(nearest)).holds
+            fact = OutOfRange(self.index, self.unknown, nearest)
             return StepOutcome(fact=fact, delicate=delicate or lost)
         if self.isolation.verify and self._indifferent():
             return StepOutcome(fact=AsksNothing(self.index, self.unknown))
@@ -445,7 +446,8 @@ class StepSolver:
                     refused = error
             if not found and refused is not None:
                 raise refused
-            if whole and stage.operation == "sum" and abs(found[0]) <= CANCELLED * abs(target):
+            is_sum = whole and stage.operation == "sum"
+            if found and is_sum and abs(found[0]) <= CANCELLED * abs(target):
                 found = [0.0] if self._leads_to(0.0, stages[: place + 1]) else found
             targets = found
         return targets
@@ -639,7 +641,11 @@ class StepSolver:
             nearest = min(max(0, counts.start), counts.stop)
             counts = range(nearest - LISTED_TURNS, nearest + LISTED_TURNS)
         slack = SAME_TURN * size
-        return [k for k in counts if low - slack <= first + k * stride <= high + slack]
+        inside = [k for k in counts if low - slack <= first + k * stride <= high + slack]
+        if inside:
+            return inside
+        beside = min(counts, key=lambda k: self.variable.distance(first + k * stride))
+        return (beside,) if self.variable.distance(first + beside * stride) else ()
 
     def _nonaffine_turns(
         self, principal: float, period: float, rest: tuple[Stage, ...], bent: int

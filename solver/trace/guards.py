@@ -82,6 +82,8 @@ class Guards:
         self.flow.at = self._numbers
         self.wrapped = set[int]()
         """Angles within one turn by the way they are computed."""
+        self._beyond = dict[int, int]()
+        """For a condition that a number is within a bound: that it is beyond it."""
 
     def _on(self, state: State) -> State:
         """Let requirements from here on belong to this state."""
@@ -148,21 +150,35 @@ class Guards:
 
     def _in_range(self, variable: Variable, node: int) -> int:
         """Whether a number lies in a declared range, and not only by rounding."""
-        above = self._above(node, variable.low, variable.low_open)
-        return self.flow.add("and", above, self._below(node, variable.high, variable.high_open))
+        return self.flow.over("and", self._ends(variable, node))
+
+    def _ends(self, variable: Variable, node: int) -> list[int]:
+        return [
+            self._above(node, variable.low, variable.low_open),
+            self._below(node, variable.high, variable.high_open),
+        ]
 
     def _above(self, node: int, edge: float, strict: bool) -> int:
         """Whether a number lies above a bound by more than its rounding at the sample."""
         if edge == -math.inf:
             return self.flow.true
-        moved = self.flow.add("sub", node, 4.0 * self._numbers.error(node))
-        return self.flow.add("lt" if strict else "le", float(edge), moved)
+        inner, outer = self._rounded(node)
+        check = self.flow.add("lt" if strict else "le", float(edge), inner)
+        self._beyond[check] = self.flow.add("lt", outer, float(edge))
+        return check
 
     def _below(self, node: int, edge: float, strict: bool) -> int:
         if edge == math.inf:
             return self.flow.true
-        moved = self.flow.add("add", node, 4.0 * self._numbers.error(node))
-        return self.flow.add("lt" if strict else "le", moved, float(edge))
+        outer, inner = self._rounded(node)
+        check = self.flow.add("lt" if strict else "le", inner, float(edge))
+        self._beyond[check] = self.flow.add("lt", float(edge), outer)
+        return check
+
+    def _rounded(self, node: int) -> tuple[int, int]:
+        """A number less, and more, its rounding at the sample."""
+        error = 4.0 * self._numbers.error(node)
+        return self.flow.add("sub", node, error), self.flow.add("add", node, error)
 
     # --- rules ---
 

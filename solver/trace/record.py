@@ -449,15 +449,21 @@ class Recording(StepRecording):
         return total
 
     def _out_of_range(self, state: State, equation: int, unknown: str) -> int:
-        """The only value is clearly beyond an end of the range."""
+        """Every value is clearly beyond an end of the range."""
         variable = self.model.variables[unknown]
         isolation = self._isolation(equation, unknown)
         self._expect_known(state, equation, unknown)
-        node, *others = self._preimages(state, isolation)
-        if others:
+        if isolation.period is not None:
             raise NotCompilable
-        margin = self._margin(state, equation, node)
-        return self._outside(node, variable.low, variable.high, margin)
+        return self.flow.over(
+            "and",
+            (
+                self._outside(
+                    node, variable.low, variable.high, self._margin(state, equation, node)
+                )
+                for node in self._preimages(state, isolation)
+            ),
+        )
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """For each candidate the first check that failed at the sample and clearly fails."""

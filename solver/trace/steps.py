@@ -341,14 +341,16 @@ class StepRecording(Inverses):
     def _in_ranges(self, found: Mapping[str, int | str]) -> list[int]:
         """Whether numbers lie in the ranges of their variables."""
         numbers = [(name, node) for name, node in found.items() if isinstance(node, int)]
-        return [self._in_range(self.model.variables[name], node) for name, node in numbers]
+        return [end for n, node in numbers for end in self._ends(self.model.variables[n], node)]
 
     def _stays_out(self, conditions: Sequence[int]) -> None:
-        """Require that conditions of which one fails at the sample continue to fail."""
+        """Require that conditions of which one fails at the sample continue to fail, and by more
+        than rounding."""
         failing = (node for node in conditions if self._numbers(node) is False)
         node = next(failing, None)
         if node is not None:
-            self.flow.require(self.flow.add("not", node))
+            beyond = self._beyond.get(node)
+            self.flow.require(self.flow.add("not", node) if beyond is None else beyond)
 
     def _are_sampled(self, found: Mapping[str, int | str]) -> bool:
         return all(self._is_sampled(node, name) for name, node in found.items())

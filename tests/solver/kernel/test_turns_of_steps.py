@@ -9,7 +9,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 import rulesheets
@@ -208,6 +208,52 @@ def test_half_of_a_difference_of_angles_is_read_in_two_turns() -> None:
     expected = [math.degrees(middle - off), math.degrees(middle + off)]
     assert sorted(float(s["p2"]) for s in result.solutions) == pytest.approx(expected)
     assert result.complete
+
+
+@settings(max_examples=60, derandomize=True)
+@given(
+    st.integers(-90, 30),
+    st.sampled_from([20, 45, 90]),
+    st.sampled_from(["sind", "cosd", "tand"]),
+    st.sampled_from([1.0, 2.0, 0.5, -1.0]),
+    st.sampled_from([0.0, 15.0, -40.0]),
+    st.integers(-99, 99),
+)
+def test_an_angle_outside_its_range_is_refused_with_the_nearest_that_it_would_be(
+    low: int, width: int, function: str, factor: float, shift: float, percent: int
+) -> None:
+    r, high = percent / 100, low + width
+    rule = f"{function}({factor!r}*x + {shift!r}) = r"
+    result = solver.solve(
+        rulesheets.loads(f"variables\nx in [{low}, {high}]\nrules\n{rule}"), {"r": r}
+    )
+    inverse = {"sind": math.asin, "cosd": math.acos, "tand": math.atan}[function](r)
+    principal = [math.degrees(inverse)]
+    principal += [180 - principal[0]] if function == "sind" else []
+    principal += [-principal[0]] if function == "cosd" else []
+    period = 180.0 if function == "tand" else 360.0
+    every = [(p - shift + k * period) / factor for p in principal for k in range(-4, 5)]
+    beyond = [max(low - x, x - high, 0.0) for x in every]
+    inside = sorted(x for x, far in zip(every, beyond, strict=True) if far == 0.0)
+    assume(not 0.0 < min(beyond) < 1e-6)
+    if inside:
+        assert sorted(s["x"] for s in result.solutions) == pytest.approx(inside, abs=1e-9)
+        return
+    assert (str(result.status), result.diagnoses[0].code) == ("infeasible", "S531")
+    told = float(result.diagnoses[0].message.split()[3].strip(","))
+    assert max(low - told, told - high) == pytest.approx(min(beyond), abs=2e-3)
+
+
+def test_rows_of_which_no_root_lies_in_the_range_are_refused_alike() -> None:
+    """Two roots of a square, both out of the range: as a record, and as a solve."""
+    model = rulesheets.loads("variables\nx in [0, 20]\nrules\nx^2 - 3*x = 1000*r")
+    plan = solver.prepare(model, ["r"], ["x"])
+    for r in (0.9, 0.91, 0.33, 0.3, 5.0, 0.0, -0.001, -0.002, -0.01):
+        expected = [s["x"] for s in solver.solve(model, {"r": r}).solutions]
+        try:
+            assert [row[0] for row in plan.all(r)] == pytest.approx(expected)
+        except solver.Unsolved as refused:
+            assert (expected, str(refused.status)) == ([], "infeasible")
 
 
 @pytest.mark.parametrize("rate", ["377", "360*pi/180*60", "15.5"])
