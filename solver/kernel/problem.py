@@ -200,13 +200,11 @@ class BlockProblem:
 
     @cached_property
     def scale(self) -> list[float]:
-        """Typical size of the unknowns: that of the guess, else of the numbers around them."""
+        """Typical size of the unknowns: that of the numbers around them. What is an answer depends
+        on no guess."""
         sizes = sorted(abs(v) for v in self.known if v)
         around = sizes[len(sizes) // 2] if sizes else 1.0
-        return [
-            turn / 4 if (turn := self.turn(name)) else abs(self.guesses.get(name, 0.0)) or around
-            for name in self.unknowns
-        ]
+        return [turn / 4 if (turn := self.turn(name)) else around for name in self.unknowns]
 
     def sizes_at(self, x: Sequence[float], share: float = 1.0) -> list[float]:
         """The sizes of the unknowns at a point (n,): at least a share of their typical size."""
