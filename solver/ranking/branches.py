@@ -21,6 +21,8 @@ Points = NDArray[np.float64]
 
 STEADY = 2.0
 """Ratio of the steps of an input up to which rows count as a sweep."""
+BACK = 1.0 + 1e-9
+"""Ratio of two steps up to which one takes the other back."""
 CLEARLY_NEARER = 0.5
 """Share of the distance of the next answer, below which an answer continues a branch."""
 SPAN = 256
@@ -152,6 +154,8 @@ def kept(
     rows = rows[_along(inputs, counts, rows, line, at)]
     onward = np.zeros((len(answers.planes), len(rows)), dtype=np.intp)
     steady = _along(inputs, counts, rows - 1, line, at)
+    before, here = (np.sign(_into(inputs, into)) for into in (rows - 1, rows))
+    turned = np.any(before * here < 0.0, axis=0)
     sizes = np.array([np.where(steady, counts[rows - 2], 0), counts[rows - 1], counts[rows]])
     origin = np.full(len(rows), -1)
     for here in _alike(sizes):
@@ -163,6 +167,7 @@ def kept(
             if before == 1:
                 origin[here] = nearest[0]
             step = source - np.take_along_axis(earlier, nearest[None], axis=1)
+            step[:, :, turned[here]] *= -1.0
             heading = source + without_turns(step, turns[:, None, None])
         nearest, clear = continued(heading, answers.points(rows[here], now), turns)
         onward[:before, here] = np.where(clear, nearest, 0)
@@ -202,30 +207,32 @@ def _along(
     inputs: Sequence[Array], counts: Array, rows: Array, line: int, at: int
 ) -> NDArray[np.bool_]:
     """Whether the step into each of these rows is as even as those before and after it: of
-    unordered rows one in nine is so by chance."""
+    unordered rows one in nine is so by chance. One of the three may turn back, or stand still."""
 
     def step(into: Array) -> Points:
         there = (into > 0) & (into < len(counts)) & ((into + at) % line != 0)
-        into = np.where(there, into, 0)
-        steps = [numbers_of(column[into]) - numbers_of(column[into - 1]) for column in inputs]
-        return np.where(there, steps, np.nan)
+        return np.where(there, _into(inputs, np.where(there, into, 0)), np.nan)
 
-    def even(one: Points, other: Points) -> NDArray[np.bool_]:
-        with np.errstate(over="ignore", invalid="ignore"):
-            near = (
-                (one * other > 0.0)
-                & (abs(other) <= STEADY * abs(one))
-                & (abs(one) <= STEADY * abs(other))
-            )
-        alike: NDArray[np.bool_] = (((one == 0.0) & (other == 0.0)) | near).all(axis=0) & near.any(
-            axis=0
-        )
-        return alike
+    @np.errstate(over="ignore", invalid="ignore")
+    def even(one: Points, other: Points, by: float = STEADY) -> NDArray[np.bool_]:
+        near = (one * other > 0.0) & (abs(other) <= by * abs(one)) & (abs(one) <= by * abs(other))
+        alike = ((one == 0.0) & (other == 0.0)) | near
+        return np.asarray(np.all(alike, axis=0) & np.any(near, axis=0))
 
     before, here, after = map(step, (rows - 1, rows, rows + 1))
-    one, other = even(before, here), even(here, after)
-    along = (one | np.isnan(before[0])) & (other | np.isnan(after[0])) & (one | other)
+    still = np.all(here == 0.0, axis=0)
+    steady = [even(here, beside) for beside in (before, after)]
+    sides = [
+        same | np.isnan(beside[0]) | np.all(beside == 0.0, axis=0) | even(-here, beside, BACK)
+        for same, beside in zip(steady, (before, after), strict=True)
+    ]
+    along = still | (sides[0] & sides[1] & (steady[0] | steady[1]))
     return np.asarray(along & (rows > 0) & (counts[rows - 1] > 0))
+
+
+def _into(inputs: Sequence[Array], rows: Array) -> Points:
+    """The steps (inputs, n) of the inputs into these rows."""
+    return np.array([numbers_of(column[rows]) - numbers_of(column[rows - 1]) for column in inputs])
 
 
 def continued(heading: Points, points: Points, turns: Points) -> tuple[Array, NDArray[np.bool_]]:

@@ -5,12 +5,15 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import rulesheets
 import solver
 
 LINE = "variables\n  s\n  x\n  y\nrules\n  x^2 - 3*x = s\n  y = 2*x\n"
 """x = 1.5 ± sqrt(2.25 + s): both are positive below 0, and the lower one is negative above."""
+PLAN = solver.prepare(rulesheets.loads(LINE), ["s"], ["x"])
 
 
 def lower(s: np.ndarray) -> np.ndarray:
@@ -35,6 +38,23 @@ def test_a_branch_does_not_jump_while_it_exists(rows: int, jobs: int) -> None:
         assert (table.answers == 2).all()
         plan = solver.prepare(model, ["s"], ["x"])
         assert plan.sweep(s)["x"] == pytest.approx(branch(s), rel=1e-12, abs=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.integers(3, 40), min_size=2, max_size=5), st.booleans(), st.booleans())
+def test_a_branch_is_kept_where_the_inputs_turn_back(
+    lengths: list[int], twice: bool, down: bool
+) -> None:
+    """Up and down by equal steps, with each turning point once or twice, as often as you like."""
+    steps, sign = [0.0], -1.0 if down else 1.0
+    for length in lengths:
+        steps += [0.0] * twice * (len(steps) > 1) + [sign * 0.125] * length
+        sign = -sign
+    s = np.cumsum(steps)
+    s -= 2.0 + s.min()
+    table = PLAN.sweep(s)
+    branch = min((lower, upper), key=lambda curve: abs(curve(s)[0] - table["x"][0]))
+    assert table["x"] == pytest.approx(branch(s), rel=1e-12, abs=1e-12)
 
 
 def test_a_number_that_all_answers_share_does_not_move_the_branch() -> None:
