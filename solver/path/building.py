@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import replace
 from heapq import heappop, heappush
 from itertools import combinations_with_replacement
@@ -11,7 +12,7 @@ from random import Random
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import degree
 from solver.numerics.elimination import independent_rows
@@ -397,20 +398,22 @@ class Building:
 
 MAX_GENERIC = 60
 """Rules of which a point is sought on which they hold."""
-TRIES, ITERATIONS = 8, 60
+TRIES, ITERATIONS = 12, 60
 LARGEST_STEP = 0.5
 """Relative change of a number in a step towards such a point."""
 
 
 def _generic_point(graph: ModelGraph, rules: Sequence[Equation]) -> dict[str, float] | None:
-    """Ordinary numbers at which rules hold, by least-norm Gauss-Newton steps."""
+    """Ordinary numbers at which rules hold, by least-norm Gauss-Newton steps; for every other start
+    with the values that explicit rules give."""
     names = list(dict.fromkeys(name for rule in rules for name in rule.names))
     turns = [graph.single_turn(name) for name in names]
     for seed in range(TRIES):
         draw = Random(seed)
         x = [draw.uniform(0.6, 1.8) * (1.0 if turn is None else turn / 10.0) for turn in turns]
+        point = dict(zip(names, x, strict=True))
         for _ in range(ITERATIONS):
-            point = dict(zip(names, x, strict=True))
+            point = _told(rules if seed % 2 else (), point)
             try:
                 misses, slopes = _linearized(rules, names, point)
             except (Undefined, OverflowError):
@@ -421,8 +424,21 @@ def _generic_point(graph: ModelGraph, rules: Sequence[Equation]) -> dict[str, fl
                 return point
             step = np.linalg.lstsq(slopes, -misses, rcond=ON_RULES)[0]
             step = step / max(1.0, np.abs(step).max() / LARGEST_STEP)
-            x = [v * (1.0 + share) for v, share in zip(x, step.tolist(), strict=True)]
+            shares = zip(point.items(), step.tolist(), strict=True)
+            point = {name: number * (1.0 + share) for (name, number), share in shares}
     return None
+
+
+def _told(rules: Sequence[Equation], point: Mapping[str, float]) -> dict[str, float]:
+    """The point with the values of names that rules give explicitly, whatever their size or sign;
+    those that are 0 stay."""
+    found, told = dict(point), set[str]()
+    for name, side in (pair for rule in rules for pair in rule.definitions):
+        if name not in told:
+            with suppress(Undefined, OverflowError):
+                found[name] = value(side, found) or found[name]
+                told.add(name)
+    return found
 
 
 def _linearized(

@@ -409,3 +409,22 @@ def test_all_formulas_of_a_triangle_determine_it_from_any_of_its_quantities(
     found = solved(rules, {name: state[name] for name in names.split()})
     assert str(found.status) == "solved"
     assert any(dict(answer) == pytest.approx(state, rel=1e-6) for answer in found.solutions)
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1e-3, 1.0, 1e4, 3e8, 1e15])
+def test_independent_rules_are_chosen_whatever_their_numbers(scale: float) -> None:
+    """Momentum and energy of a particle, each by two formulas, and its flight time in its frame."""
+    rules = f"""E = m + K
+    g = E/m
+    g = 1/sqrt(1 - b^2)
+    v = {scale}*b
+    p = sqrt(E^2 - m^2)
+    p = g*m*b
+    t = 3/v
+    own = t/g"""
+    m, K = 0.511, 1.2
+    g = 1 + K / m
+    own = 3 / (scale * math.sqrt(1 - 1 / g**2)) / g
+    for known, asked, expected in (({"m": m}, "K", K), ({"K": K}, "m", m)):
+        found = solver.solve(rulesheets.loads(rules), {"own": own, **known})
+        assert found[asked] == pytest.approx(expected)
