@@ -177,6 +177,7 @@ class Ranking(Sizes):
         ]
         self._aside = [name in signs.aside for name in self.names]
         self._phases = [name in signs.phases for name in self.names]
+        self._trivial = [(name, 0.0) not in signs.codes for name in self.names]
         self._cancels = [name in signs.differences for name in self.names]
         places = {name: place for place, name in enumerate(every)}
         pairs = {pair for pairs in signs.series for pair in pairs if signs.aside.isdisjoint(pair)}
@@ -304,7 +305,7 @@ class Ranking(Sizes):
             negatives = negatives + weights[place] * below
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)
-            zeros = zeros + (1.0 - there) * (tops[place] > least)
+            zeros = zeros + (1.0 - there) * (tops[place] > least) * self._trivial[place]
             steps = (abs(apart[place]) if sizes[1][place] else apart[place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])
             if self._phases[place]:

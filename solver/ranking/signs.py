@@ -82,7 +82,14 @@ class Signs:
             if isinstance(one, Name)
             and (_swings(other, self.phases) or all(map(_is_component, terms(other))))
         )
-        return found.union(ranged, swinging, self._opposed())
+        codes = (name for name, number in self.codes if number < 0.0)
+        return found.union(ranged, swinging, self._opposed(), codes)
+
+    @cached_property
+    def codes(self) -> Set[tuple[str, float]]:
+        """Names with the numbers that guarded rules give them, as a class, or 0 without a fee."""
+        pairs = (pair for e in self.model.equations if e.guard for pair in e.definitions)
+        return {(name, side.value) for name, side in pairs if isinstance(side, Number)}
 
     @cached_property
     def angles(self) -> Mapping[str, float]:
