@@ -48,7 +48,7 @@ EXACT = 100.0
 """Weight of a rule without sums, relative to one whose terms only balance."""
 DROP = 0.1
 """Weight of a product having the size of names that balance without it: in V = E - R*I it may be
-small."""
+small, with a name or without."""
 SINE = 3.0
 """Weight of a sine being of size 1: small angles are ordinary."""
 CANCELLING = 0.01
@@ -86,7 +86,10 @@ def suggested(
     vanishing |= {
         left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
     }
-    rows = _Balances((*unknowns, *known), vanishing, nodes=_nodes(model.equations))
+    pairs = (pair for rule in model.equations for pair in rule.definitions)
+    products = {name for name, side in pairs if isinstance(side, Product | Quotient | Power)}
+    nodes = _nodes(model.equations)
+    rows = _Balances((*unknowns, *known), vanishing, nodes=nodes, products=products)
     for equation in model.equations:
         rows.read(equation)
     a, k, c = rows.parts(len(unknowns))
@@ -200,8 +203,9 @@ class _Balances:
         cancelling: bool = False,
         nodes: frozenset[str] = frozenset(),
         sharing: bool = False,
+        products: Collection[str] = (),
     ) -> None:
-        self.vanishing, self.nodes = vanishing, nodes
+        self.vanishing, self.nodes, self.products = vanishing, nodes, frozenset(products)
         self.exact, self.cancelling, self.sharing = exact, cancelling, sharing
         self.places = {name: i for i, name in enumerate(names)}
         self.rows: list[tuple[_Term, float]] = []
@@ -215,9 +219,12 @@ class _Balances:
             self._balance([term for side in sides if (term := self._term(side)) is not None])
             return
         found = self._shared(added(sides[0]) + added(Negative(sides[1])))
-        drops = DROP if _is_balance([(part, sign) for part, sign, _ in found]) else 1.0
         exact = len(found) == 2 and all(term.exact for *_, term in found)
-        shares = [1.0 if _is_level(part) else drops for part, *_ in found]
+        levels = [(part, sign) for part, sign, _ in found if _is_level(part)]
+        plain = [pair for pair in levels if self.products.isdisjoint(names(pair[0]))]
+        balance = next((some for some in (plain, levels) if _is_balance(some)), found)
+        kept = {id(part) for part, *_ in balance}
+        shares = [1.0 if id(part) in kept else DROP for part, *_ in found]
         self._balance([term for *_, term in found], EXACT if exact else 1.0, shares)
 
     def _shared(

@@ -663,3 +663,19 @@ def test_the_sign_of_a_component_says_nothing() -> None:
     given = {"pf": 0.9, "I": 0.29, "V": 127.0, "R": 12.0, "X": 80.0}
     result = solver.solve(rulesheets.loads(sheet), given)
     assert (len(result.solutions), result["phi"]) == (2, pytest.approx(25.8419, abs=1e-4))
+
+
+@pytest.mark.parametrize(("near", "far"), [(0, 1), (1, 0), (-1, 1), (1, -1), (0, -2), (3, 2)])
+def test_the_number_of_a_class_says_nothing(near: int, far: int) -> None:
+    """Even where the number of one class is 0, or negative."""
+    sheet = f"L = 90 - 20*log10(abs(r))\nif r < 2 then field = {near} else field = {far}"
+    result = solver.solve(rulesheets.loads(sheet), {"L": 78.0})
+    assert [answer["r"] > 0.0 for answer in result.solutions] == [True, False]
+
+
+@pytest.mark.parametrize("flow", [0.9, 2.2, 4.0])
+@pytest.mark.parametrize("sheet", ["H = G - 1.1*Q^2", "H = G - hf\nhf = 1.1*Q^2"])
+def test_a_loss_is_small_with_a_name_or_without(sheet: str, flow: float) -> None:
+    power = 8.6 * flow * (96 - 1.1 * flow**2)
+    result = solver.solve(rulesheets.loads(f"{sheet}\nP = 8.6*Q*H"), {"P": power, "G": 96.0})
+    assert result["Q"] == pytest.approx(flow)
