@@ -90,6 +90,8 @@ class Rationals(Arithmetic[Fraction]):
             return Fraction(1)
         if base == 0 and exponent > 0:
             return base
+        if exponent.denominator == 2:
+            return self.raised(node, Fraction(*map(_root, base.as_integer_ratio())), 2 * exponent)
         if exponent.denominator != 1 or abs(exponent) > LARGEST or (exponent < 0 and not base):
             raise Inexact("^")
         if abs(exponent) * max(part.bit_length() for part in base.as_integer_ratio()) > LONGEST:

@@ -238,11 +238,14 @@ class Monotone(NamedTuple):
 
     def __call__(self, low: float, high: float) -> Interval:
         low, high = greatest(low, self.domain[0]), least(high, self.domain[1])
-        if low > high:
+        if low > high or (low == high and low in self.domain and self._is_pole(low)):
             return EMPTY
         first, last = (high, low) if self.falling else (low, high)
         below, above = down(self._at(first), self.ulps), up(self._at(last), self.ulps)
         return greatest(below, self.image[0]), least(above, self.image[1])
+
+    def _is_pole(self, x: float) -> bool:
+        return not isinf(x) and isinf(self._at(x))
 
     def _at(self, x: float) -> float:
         if isnan(x):

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
@@ -502,9 +503,16 @@ def _fraction(
                 part if is_number(part, 1.0) else part ** abs(exponent) for part in (above, below)
             )
             return above, below
+        case Power(base, Number(exponent)) if exponent:
+            return _rooted(base, exponent, moving, known)
+        case Call("sqrt", (base,)):
+            return _rooted(base, 0.5, moving, known)
         case Call("tand" | "tan" as function, arguments):
             sine, cosine = ("sind", "cosd") if function == "tand" else ("sin", "cos")
             return Call(sine, arguments), Call(cosine, arguments)
+        case Call():
+            parts = (_fraction(part, moving, known) for part in node.parts)
+            return rebuilt(node, tuple(above / below for above, below in parts)), ONE
         case _:
             return node, ONE
 
@@ -523,7 +531,52 @@ def _reduced(
             if any(part in other for part in inside):
                 side.remove(Name(name))
                 side += inside
-    return times(*without(over, under)), times(*without(under, over))
+    over, under = _combined(without(over, under), without(under, over))
+    return times(*over), times(*under)
+
+
+def _combined(
+    over: Sequence[Expression], under: Sequence[Expression]
+) -> tuple[list[Expression], list[Expression]]:
+    """The factors of a quotient with powers of one size as one."""
+    found, powers = (list[Expression](), list[Expression]()), defaultdict[Expression, float](float)
+    for below, side in enumerate((over, under)):
+        for factor in side:
+            match factor:
+                case Power(Call("abs", (base,)), Number(exponent)):
+                    powers[base] += -exponent if below else exponent
+                case _:
+                    found[below].append(factor)
+    for base, exponent in powers.items():
+        if exponent:
+            found[exponent < 0.0].append(call("abs", base) ** abs(exponent))
+    return found
+
+
+def _rooted(
+    base: Expression,
+    exponent: float,
+    moving: set[str],
+    known: Mapping[str, tuple[Expression, Expression]],
+) -> tuple[Expression, Expression]:
+    """A power that is no whole one, by the sizes of the factors of its base."""
+    above, below = (
+        times(*(call("abs", factor) ** abs(exponent) for factor in _within(part, known)))
+        for part in _fraction(base, moving, known)
+    )
+    return (above, below) if exponent > 0.0 else (below, above)
+
+
+def _within(
+    product: Expression, known: Mapping[str, tuple[Expression, Expression]]
+) -> Iterator[Expression]:
+    """Its factors, those of products that names stand for among them."""
+    for factor in without(factors(product), [ONE]):
+        inside = known[factor.name][0] if isinstance(factor, Name) and factor.name in known else ONE
+        if len(factors(inside)) > 1:
+            yield from _within(inside, known)
+        else:
+            yield factor
 
 
 # --- the residual far from 0, over the reciprocal of the tear ---

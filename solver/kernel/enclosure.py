@@ -177,13 +177,18 @@ class Enclosure:
         return self.exactly_at(x, known).is_zero(Name(self._chain.residuals[0]))
 
     def is_pole(self, x: float, known: Sequence[float]) -> bool:
-        """Whether a given number other than 0 is divided by exactly 0 at a point."""
-        point, given = self.exactly_at(x, known), self._exact(known)
-        for part in walk(*(item.expression for item in self._chain.assignments)):
-            if isinstance(part, Quotient) and point.is_zero(part.right):
-                with suppress(Inexact):
-                    if Decimals(given, None).of(part.left):
-                        return True
+        """Whether a rational number other than 0 is divided by exactly 0 at a point."""
+        point = self.exactly_at(x, known)
+        numbers = self._exact(known) | {self._chain.tears[0]: as_written(x)}
+        exact = Decimals(numbers, None)
+        for item in self._chain.assignments:
+            for part in walk(item.expression):
+                if isinstance(part, Quotient) and point.is_zero(part.right):
+                    with suppress(Inexact):
+                        if exact.of(part.left):
+                            return True
+            with suppress(Inexact):
+                numbers[item.name] = exact.of(item.expression)
         return False
 
     def exactly_at(self, x: float, known: Sequence[float]) -> Independent:

@@ -147,3 +147,46 @@ def test_a_point_without_a_limit_is_no_further_answer() -> None:
     assert len(found.solutions) == 1
     assert found.complete
     assert not found.diagnoses
+
+
+@pytest.mark.parametrize(("p", "q"), [(0.5, 1.25), (0.5, 0.75), (1.5, 2.5)])
+@pytest.mark.parametrize("flow", [0.4, 2.2, 5.0])
+def test_a_power_of_a_product_cancels_one_of_its_factor(p: float, q: float, flow: float) -> None:
+    """The specific speed of a turbine grows without bound where friction leaves no head."""
+    rules = f"hf = 0.6*Q^2\nH = 96 - hf\nP = 9.81*Q*H*0.88\nn = 750*P^{p}/H^{q}"
+    head = 96 - 0.6 * flow**2
+    speed = 750 * (9.81 * flow * head * 0.88) ** p / head**q
+    found = solver.solve(rulesheets.loads(rules), {"n": speed})
+    assert [answer["Q"] for answer in found.solutions] == pytest.approx([flow])
+    assert found.complete
+
+
+@pytest.mark.parametrize("p", [0.05, 0.35, 0.8])
+def test_a_quotient_within_a_root_is_reduced(p: float) -> None:
+    """The standard error of a share in a sample of a finite population: 0/0 for a share of 1."""
+    rules = "n0 = 4*p*(1 - p)/0.0009\nn = n0/(1 + (n0 - 1)/8000)\nlow = p - 2*sqrt(p*(1 - p)/n)"
+    low = solver.solve(rulesheets.loads(rules), {"p": p})["low"]
+    found = solver.solve(rulesheets.loads(rules), {"low": low})
+    assert [answer["p"] for answer in found.solutions] == pytest.approx([p])
+    assert found.complete
+
+
+@pytest.mark.parametrize("n", [6.0, 48.0, 120.0])
+def test_a_rate_that_0_divides_is_no_gap(n: float) -> None:
+    """What n payments make, with a rest to pay at the end: none would have to be infinite."""
+    rules = "pay = (26000 - 9000*1.004^(-n))*0.004/(1 - 1.004^(-n))\ntotal = n*pay + 9000"
+    total = n * (26000 - 9000 * 1.004**-n) * 0.004 / (1 - 1.004**-n) + 9000
+    found = solver.solve(rulesheets.loads(rules), {"total": total})
+    assert [answer["n"] for answer in found.solutions] == pytest.approx([n])
+    assert found.complete
+
+
+@pytest.mark.parametrize("function", ["ln", "log10"])
+@pytest.mark.parametrize("share", [0.3, 2.0, 7.0])
+def test_a_logarithm_has_no_value_at_0(function: str, share: float) -> None:
+    """ln(r/a) = s*ln(r/b) is linear in ln(r)."""
+    rules = f"K = {function}(r/15)/20\n{function}(r/0.2) = {share}*20*K"
+    found = solver.solve(rulesheets.loads(rules))
+    radius = math.exp((math.log(0.2) - share * math.log(15)) / (1 - share))
+    assert [answer["r"] for answer in found.solutions] == pytest.approx([radius])
+    assert found.complete
