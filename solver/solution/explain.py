@@ -37,7 +37,8 @@ def explain(asked: Asked, verdict: Verdict, hasty: bool = False) -> tuple[Diagno
 
     ``hasty``: without remedies, because the time is up.
     """
-    found = tuple(_Explanation(asked, verdict, Patience(0) if hasty else Patience()).diagnoses())
+    explanation = _Explanation(asked, verdict, Patience(0) if hasty else Patience())
+    found = tuple(dict.fromkeys(explanation.diagnoses()))
     if not hasty:
         return found
     text = "the time was up before every remedy was tried"
@@ -66,7 +67,7 @@ class _Explanation:
             yield self._clash()
             return
         if verdict.status is not facts.Status.SOLVED:
-            yield from dict.fromkeys(map(self._of, verdict.facts))
+            yield from map(self._of, verdict.facts)
         if verdict.status in (facts.Status.INFEASIBLE, facts.Status.FAILED) and not verdict.facts:
             yield self._symbol_in(range(len(self.model.equations))) or self._no_case()
         if verdict.structural:

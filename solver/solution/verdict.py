@@ -252,13 +252,13 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     solved = _ordered(asked, near or solved)
     solved.sort(key=lambda leaf: (bool(unsettled(leaf)), _lacks_a_local(leaf)))
     if solved:
+        assumed = CaseAnalysis(model, inputs).independent_assumptions
+        free = [facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in uncovered]
         if not unsettled(solved[0]):
-            assumed = CaseAnalysis(model, inputs).independent_assumptions
-            beside: list[Fact] = [*_curves(model, found, inputs)]
-            beside += (facts.Uncovered(assumed(leaf.branch), leaf.missing) for leaf in uncovered)
+            beside: list[Fact] = [*_curves(model, found, inputs), *free]
             return Verdict(Status.SOLVED, tuple(solved), tuple(dict.fromkeys(beside)))
         fixed, unfixed = zip(*(_fixed(model, leaf) for leaf in solved), strict=True)
-        return Verdict(Status.SINGULAR, fixed, (*unsettled(solved[0]), *unfixed[0]))
+        return Verdict(Status.SINGULAR, fixed, (*unsettled(solved[0]), *unfixed[0], *free))
     if found.leaves:
         leaves = _open(model, found.leaves, inputs)
         fewest = min(len(leaf.missing) for leaf in leaves)

@@ -28,6 +28,18 @@ def test_an_answer_stands_beside_a_case_without_a_rule() -> None:
     assert note.message.endswith("where Re >= 350000")
 
 
+@pytest.mark.parametrize(("peak", "status"), [(1.0, "singular"), (1.25, "solved")])
+@pytest.mark.parametrize("form", ["(Q - 1)^2 + 1", "sqrt((Q - 1)^4 + 1)", "1/(1 - (Q - 1)^2)"])
+def test_a_double_root_hides_no_case_that_leaves_an_unknown_free(
+    peak: float, status: str, form: str
+) -> None:
+    rules = f"if Q > 0.5 then peak = {form} else peak = 1\nQ = a/b"
+    result = solver.solve(rulesheets.loads(rules), {"peak": peak, "b": 2.0})
+    assert str(result.status) == status
+    notes = [d.message for d in result.diagnoses if d.code == "S597"]
+    assert notes == ["no rule determines Q and a where Q <= 0.5"][: status == "singular"]
+
+
 def test_a_range_closes_a_case() -> None:
     ranged = rulesheets.loads("variables\nRe in [0, 3e5]\nrules" + FALLING)
     result = solver.solve(ranged, KNOWN)
