@@ -5,7 +5,7 @@ They are compiled on first use, to code for one box.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property
@@ -291,7 +291,6 @@ def _followed(
         quotient=quotient,
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
-    quotients = dict[str, Quotient]()
     for place, item in enumerate(chain.assignments):
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
@@ -302,7 +301,7 @@ def _followed(
         for side in chosen(item.expression) if place < smooth else ():
             low, high = emitter.of(side)
             emitter.line(f"if not -inf < {low} <= {high} < inf: {otherwise}")
-        low, high = _assigned(emitter, item, quotients)
+        low, high = _assigned(emitter, item)
         if item.side:
             low, high = emitter.apply("beside_jump", (low, high), more=f", {item.side}")
         (least, _), (most, _) = emitter.number(Number(item.low)), emitter.number(Number(item.high))
@@ -316,18 +315,13 @@ def _followed(
         emitter.assign(item.name, (low, high))
         if item.low == -inf and item.high == inf:
             emitter.let_direct(item.name, item.expression)
-            if isinstance(item.expression, Quotient) and not item.relational:
-                quotients[item.name] = item.expression
     return emitter
 
 
-def _assigned(emitter: IntervalEmitter, item: Assignment, known: Mapping[str, Quotient]) -> Pair:
+def _assigned(emitter: IntervalEmitter, item: Assignment) -> Pair:
     """The value of an assignment: a quotient that must not be negative has a divisor with the sign
-    of its dividend, and one by a ``known`` quotient c/d is the product with d, over c."""
+    of its dividend."""
     expression = item.expression
-    match expression:
-        case Quotient(dividend, Name(name)) if name in known:
-            expression = Quotient(dividend * known[name].right, known[name].left)
     if not isinstance(expression, Quotient) or not (item.relational or item.low >= 0.0):
         return emitter.of(expression)
     above, below = emitter.of(expression.left), emitter.of(expression.right)
