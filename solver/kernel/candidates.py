@@ -79,6 +79,7 @@ class Candidates:
         self.nearest: tuple[Mapping[str, float], tuple[float, ...]] = {}, ()
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
+        self.accidental = False
 
     def tried(self, method: Method, complete: bool = False) -> None:
         """Record the new answers of a method."""
@@ -489,7 +490,7 @@ class BlockOutcome(NamedTuple):
     are near roots that are proven to exist, but that floats cannot represent well enough to be
     answers; with them all would be known if ``whole``. ``doubtful``: rounding may have decided
     whether a linear block determines its unknowns, or contradicts itself. ``cut``: there are more
-    answers than are listed.
+    answers than are listed. ``accidental``: a rule is 0/0 somewhere for these known numbers alone.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -504,6 +505,7 @@ class BlockOutcome(NamedTuple):
     whole: bool = False
     doubtful: bool = False
     cut: bool = False
+    accidental: bool = False
 
     @property
     def delicate(self) -> bool:

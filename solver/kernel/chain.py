@@ -19,6 +19,7 @@ from rulesheets.evaluate import differentiate
 from rulesheets.evaluate.digits import extended
 from rulesheets.evaluate.gradient import CHOOSING, signed_root
 from rulesheets.functions import TABLE
+from rulesheets.functions.intervals import LINE
 from rulesheets.model import Equation, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
@@ -50,6 +51,7 @@ from solver.path.polynomial import Monomial, NoForm, Polynomial, generator, in_p
 
 MAX_CHAINS = 256
 RESIDUAL = "#residual"
+HALF = Number(0.5)
 
 
 class Assignment(NamedTuple):
@@ -375,6 +377,19 @@ def directions(expression: Expression) -> Iterator[Call]:
     """The directions of points (x, y) in an expression: they jump where y changes sign and x is
     negative."""
     return (part for part in calls(expression) if TABLE[part.function].direction)
+
+
+def limited(expression: Expression) -> Iterator[tuple[Expression, float, float, Expression]]:
+    """Parts that an expression needs to be between two ends: arguments of functions; bases of
+    powers, unless the exponent, which is the last, is whole. A size reaches 0, and no further."""
+    for part in walk(expression):
+        match part:
+            case Call(_, (Call("abs", _),)) | Power(Call("abs", _) | Number(), _):
+                continue
+            case Call(function, (argument,)) if TABLE[function].domain != LINE:
+                yield argument, *TABLE[function].domain, HALF
+            case Power(base, exponent):
+                yield base, 0.0, inf, exponent
 
 
 # --- slopes by the tear ---

@@ -16,13 +16,14 @@ from rulesheets.evaluate.exact import Decimals, Independent, Inexact, as_written
 from rulesheets.functions import INTERVALS
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Name, Number, Quotient, walk
+from rulesheets.syntax.nodes import Name, Number, Quotient, names, walk
 from solver.kernel.chain import (
     Assignment,
     Chain,
     chosen,
     cleared,
     directions,
+    limited,
     reciprocal,
     sides,
     slope_chain,
@@ -291,10 +292,18 @@ def _followed(
         quotient=quotient,
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
+    moving = {*chain.tears, *ranged, *(item.name for item in chain.assignments)}
     for place, item in enumerate(chain.assignments):
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
             emitter.line(f"if cut({y[0]}, {y[1]}, {x[0]}, {x[1]}): {otherwise}")
+        for part, *ends, exponent in limited(item.expression) if place < smooth else ():
+            if not moving.isdisjoint(names(part)):
+                (low, high), (one, other) = emitter.of(part), emitter.of(exponent)
+                bottom, top = (emitter.number(Number(end))[0] for end in ends)
+                inside = f"{bottom} <= {low} and {high} <= {top}"
+                whole = f"{one} == {other} and {one} % 1.0 == 0.0"
+                emitter.line(f"if not ({inside} or {whole}): {otherwise}")
         for step in steps(stepwise(item.expression)) if place < smooth else ():
             low, high = emitter.of(step)
             emitter.line(f"if {low} != {high}: {otherwise}")

@@ -357,6 +357,7 @@ class _Methods:
             unresolved=tuple(candidates.unresolved),
             whole=self.whole or self.complete,
             cut=cut,
+            accidental=candidates.accidental,
         )
 
 

@@ -229,9 +229,14 @@ class TearSearch:
         """The points where the residual is 0/0: of 0, 1, the ends of the tear's domain, and given
         numbers at which floats have no value."""
         (low, high), given = self.problem.domain(self.tear), self.problem.known
-        undefined = (x for x in given if low <= x <= high and self._along(place, x) is None)
+        undefined = [x for x in given if low <= x <= high and self._along(place, x) is None]
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
+        numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
+        others = [v + (abs(v) or 1.0) / (3.0 + k) for k, v in enumerate(given)]
+        self.candidates.accidental |= any(
+            x not in undefined and not numerator.is_zero_at(x, others) for x in holes
+        )
         beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x in holes)
         self.candidates.holes += [
             point for point in beside if point and self.candidates.nearly(point, ROUGHLY)

@@ -188,7 +188,8 @@ class Plan:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
 
         The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that
-        lacks an input, or whose rules were read again, is not recorded. After a row without an
+        lacks an input, whose rules were read again, or are 0/0 somewhere for its numbers alone, is
+        not recorded. After a row without an
         answer a brief search comes first.
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
@@ -204,7 +205,8 @@ class Plan:
         leaves = verdict.leaves if solved else ()
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
-        if not verdict.reread and _finite(numbers):
+        accidental = any(outcome.accidental for outcome in found.outcomes.values())
+        if not (verdict.reread or accidental) and _finite(numbers):
             left = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved)
             ended = (leaf for leaf in left if blocked(self.model, leaf))
             refused = (*found.contradicted, *ended, *found.outside_case)

@@ -329,14 +329,22 @@ def _has_no_fold(
     """Whether the slope is nonzero wherever the residual may be 0, within the usual range of
     floats.
 
-    If both may be 0 at a single point of the tear, narrower boxes do not help.
+    If both may be 0 next to a single point of the tear, narrower boxes do not help.
     """
     boxes: list[Box] = [(*box, *ends) for box in presplit(*domain)]
+    points = [box[0] for box in boxes[1:]]
     while boxes and (most := most - len(boxes)) >= 0:
-        flat = _flat(chain, boxes, numbers)
-        points = [split_point(*box[:2]) for box in flat]
-        if _flat(chain, [(x, x, *ends) for x in points], numbers):
+        if _flat(chain, [(*_around(x), *ends) for x in points], numbers):
             return False
+        flat = _flat(chain, boxes, numbers)
+        if any(max(map(abs, box[:2])) <= 1.0 / HORIZON for box in flat):
+            return False  # a root may come from a pole at 0, or go there
+        points = [split_point(*box[:2]) for box in flat]
         halves = zip(flat, points, strict=True)
         boxes = [half for box, x in halves for half in ((box[0], x, *ends), (x, box[1], *ends))]
     return not boxes
+
+
+def _around(x: float) -> Ends:
+    """The floats next to a number: a root may end there, where rules are defined on one side."""
+    return math.nextafter(x, -math.inf), math.nextafter(x, math.inf)

@@ -231,3 +231,49 @@ def test_a_row_that_several_rules_refuse_is_refused_by_all_of_them() -> None:
     ]
     assert {*found} == {"solved", "infeasible"}
     assert plan.records.refusals
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        "acos(x/5) + x/10 = level",
+        "asin(x/5) + exp(x)/10 = level",
+        "acosh(x) + x = level",
+        "acosd((x^2 + 40)/(14*x)) = level",
+        "sqrt(x - 3) + sqrt(9 - x)/5 = level",
+        "(x - 3)^1.5 + x/2 = level",
+        "x^1.5 + x = level",
+        "(55 - x)/ln(55/x) = level",
+        "variables\ny <= 4\nrules\ny = 2*x\ny + exp(x) = level",
+    ],
+)
+def test_a_row_with_an_answer_is_not_refused_after_refused_ones(rule: str) -> None:
+    """Roots also come and go where a rule ends to be defined: in an arc cosine, a root, a pole."""
+    model = rulesheets.loads(rule)
+    for refused in (-100.0, -5.0, -1.0, -0.01, 1000.0):
+        plan = solver.prepare(model, ["level"], ["x"])
+        for level in (refused, 1.3 * refused, 0.5, 1.0, 2.0, 3.0, 20.0, -0.02):
+            fresh = solver.prepare(model, ["level"], ["x"])
+            assert _answers(plan, level) == pytest.approx(_answers(fresh, level)), (refused, level)
+
+
+def test_a_row_with_a_root_where_a_rule_is_undefined_teaches_nothing() -> None:
+    """A turbine without work: at the pressure ratio 1 its efficiency is 0/0."""
+    sheet = "T = r^0.28\n0.8 = (T - 1)/(D - 1)\nw = 4*(1 - 1/T) - (D - 1)"
+    plan = solver.prepare(rulesheets.loads(sheet), ["w"], ["r"])
+    assert len(_answers(plan, 0.0)) == 1
+    for r in (1.5, 2.5, 1.2):
+        t = r**0.28
+        w = 4 * (1 - 1 / t) - (t - 1) / 0.8
+        found = _answers(plan, w)
+        assert len(found) == 2
+        assert min(abs(one - r) for one in found) < 1e-9
+
+
+def _answers(plan: solver.Plan, number: float) -> list[float]:
+    """The answers at a number; none where it is refused as infeasible."""
+    try:
+        return [row[0] for row in plan.all(number)]
+    except solver.Unsolved as reason:
+        assert str(reason.status) == "infeasible"
+        return []
