@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.checks import check, check_figures, head_of
 from rulesheets.diagnosis import (
+    MAX_NAMED,
     Diagnosis,
     Label,
     RuleSheetError,
     Severity,
+    closest,
     error,
     error_at,
     labels,
     refusal,
     refuse,
+    side_by_side,
 )
 from rulesheets.evaluate.exact import with_round_values
 from rulesheets.files import confined, is_sheet, near_files, outside, parsed, read_source
@@ -27,7 +30,7 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import Number, names, names_of, rebuilt, walk
+from rulesheets.syntax.nodes import Name, Number, names, names_of, rebuilt, walk
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
 
@@ -191,7 +194,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         figures=program.sheet.figures,
         requirements=tuple(expansion.requirements),
         limits=program.limits,
-        notes=(*_respelt(program, inside), *_hidden(program)),
+        notes=(*_respelt(program, inside), *_misspelt(program, expansion.names), *_hidden(program)),
         files=(*files, *python),
         python=python,
         units=units,
@@ -231,6 +234,26 @@ def _respelt(program: Program, inside: Nodes) -> Iterator[Diagnosis]:
                 message = f"{name} is read as pi, the number 3.14159…"
                 yield Diagnosis("E219", Severity.NOTE, message, (Label(node.span),))
                 return
+
+
+def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
+    """Notes on names without a row that are like a row: like one that no rule reads; or like any,
+    where all other names have rows and this one stands in one rule only."""
+    rows = [row.name for row in program.rows]
+    unread = [row for row in rows if row not in read]
+    others = [name for name in read if name not in rows and "." not in name]
+    for name in others if len(others) <= MAX_NAMED else ():
+        alike = [row for row in rows if len(row) > 1 or len(name) == 1] if len(others) == 1 else ()
+        sure = closest(name, unread)
+        near = sure or closest(name, alike)
+        if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
+            every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
+            uses = [body for body in every if name in names_of(body)]
+            if uses and (sure or len(uses) == 1):
+                place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
+                message = f"{name} has no row under `variables`, where {near} has one"
+                notes = (f"is {near} meant?",)
+                yield Diagnosis("E221", Severity.NOTE, message, labels((place, "")), notes)
 
 
 def _hidden(program: Program) -> Iterator[Diagnosis]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from enum import StrEnum
 from functools import cache, cached_property
 from operator import eq
@@ -228,12 +228,14 @@ def catalogue() -> dict[str, Entry]:
 def closest(word: str, known: Iterable[str]) -> str | None:
     """The known word that ``word`` most likely stands for; None if none is similar.
 
-    The same letters in another case come first, most of them in the same case, then Ratcliff and
-    Obershelp's similarity; of equals, the first in the given order.
+    The same letters in another case come first, most of them in the same case, then those in
+    another order, then Ratcliff and Obershelp's similarity; of equals, the first in the given
+    order.
     """
     candidates = list(dict.fromkeys(known))
-    if same := [one for one in candidates if one.lower() == word.lower() and one != word]:
-        return max(same, key=lambda one: sum(map(eq, one, word)))
+    letters = sorted(word.lower())
+    if same := [one for one in candidates if sorted(one.lower()) == letters and one != word]:
+        return max(same, key=lambda one: (one.lower() == word.lower(), sum(map(eq, one, word))))
     folded = {candidate.lower(): candidate for candidate in reversed(candidates)}
     from difflib import get_close_matches  # only mistakes need it
 
@@ -255,6 +257,15 @@ def meant(name: str, variables: Iterable[str]) -> tuple[str, ...]:
         also = f" (also {', '.join(locals_[1:])})" if len(locals_) > 1 else ""
         return (f"its full name is {locals_[0]}{also}",)
     return suggestion(name, known)
+
+
+def side_by_side(text: str, names: Collection[str]) -> tuple[str, ...]:
+    """The fewest names that make a text; none if they do not."""
+    made: dict[int, tuple[str, ...]] = {len(text): ()}
+    for k in reversed(range(len(text))):
+        found = [(text[k:end], *rest) for end, rest in made.items() if text[k:end] in names]
+        made |= {k: min(found, key=len)} if found else {}
+    return made.get(0, ())
 
 
 MAX_NAMED = 8

@@ -88,7 +88,7 @@ def near_files(path: str) -> tuple[str, ...]:
     if not os.path.isdir(folder or "."):
         return (f"there is no folder {folder} either",)
     ending = os.path.splitext(name)[1]
-    others = (other for other in os.listdir(folder or ".") if other.endswith(ending))
+    others = (other for other in os.listdir(folder or ".") if other.endswith((ending, ".tk")))
     return suggestion(name, sorted(others))
 
 

@@ -89,6 +89,7 @@ def convert(number: float, source: Unit, target: Unit, difference: bool = False)
 
 
 _COMMENT = re.compile(r"\{[^}]*\}|\\\w+")
+_ALIKE = str.maketrans("−–×", "--*")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _WORD = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)"
@@ -256,9 +257,10 @@ class Library:
         found = self._units.get(text)
         if found is not None:
             return found
-        blanked = _COMMENT.sub(lambda comment: " " * len(comment.group()), text)
+        plain = text.translate(_ALIKE)
+        blanked = _COMMENT.sub(lambda comment: " " * len(comment.group()), plain)
         reader, found = _Reader(blanked, self.named), Unit()
-        if blanked.strip() not in ("", "-", "–"):
+        if blanked.strip() not in ("", "-"):
             found = reader.product()
             if reader.place < len(blanked.rstrip()):
                 raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)

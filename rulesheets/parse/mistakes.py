@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import unicodedata
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -216,6 +216,13 @@ def unknown_section(word: str, span: Span) -> Diagnosis:
     if near == word.lower():
         return error_at("E116", f"a section head is one word alone: {near}", span, f"write {near}")
     return error_at("E116", f"unknown section `{word}`", span, f"did you mean {near}?")
+
+
+def misspelt_head(rows: Iterable[Any]) -> list[Diagnosis]:
+    """The first row that is a word alone like `rules`, in a sheet without that head."""
+    words = (row.span for row in rows if row.span.text.isidentifier())
+    words = (span for span in words if closest(span.text, ("rules",)))
+    return [unknown_section(span.text, span) for span in words][:1]
 
 
 # --- lines of a figure ----------------------------------------------------------

@@ -11,7 +11,7 @@ from rulesheets.checks import MARK_SHAPE
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse
 from rulesheets.parse.grammar import read_line
 from rulesheets.parse.layout import Line, logical_lines, wrong_shape
-from rulesheets.parse.mistakes import contents, unknown_section
+from rulesheets.parse.mistakes import contents, misspelt_head, unknown_section
 from rulesheets.syntax import Source, Span, nodes
 
 _HEAD = re.compile(
@@ -218,7 +218,9 @@ class _Reading:
 
     def sheet(self) -> nodes.RuleSheet:
         self._place_comments()
-        refuse(self.complaints or self._emptiness())
+        complaints = self.complaints or [*self._emptiness()]
+        rows = self.parts.get("variables", ()) if "rules" not in self.parts else ()
+        refuse((complaints and misspelt_head(rows)) or complaints)
         blocks = []
         for block in self.blocks:
             content = "rules" if isinstance(block.node, nodes.Function) else "marks"

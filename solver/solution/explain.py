@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import partialmethod
 from typing import assert_never
 
-from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, closest, listed, plural
+from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, listed, plural, side_by_side
 from rulesheets.evaluate.number import number_text
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
@@ -408,28 +408,17 @@ class _Explanation:
         return tuple(name for name in structural if name in free) or structural
 
     def _misspelt(self, missing: Sequence[str]) -> Iterator[str]:
-        """Names without a row that are others side by side, and rows that no rule reads, each with
-        a name in rules that has no row and is like it."""
-        model = self.model
-        read = {name for equation in model.equations for name in equation.names}
-        conditions = (*model.conditions, *(one.comparison for one in model.requirements))
-        read |= {node.name for node in walk(*conditions) if isinstance(node, Name)}
-        rows = [name for name, variable in model.variables.items() if variable.span is not None]
-        others = [name for name in model.variables if name in read.difference(rows)]
-        short = {name for name in model.variables if "." not in name}
+        """Names without a row that are others side by side, and e where a rule has it raised."""
+        variables, equations = self.model.variables, self.model.equations
+        short = {name for name in variables if "." not in name}
         for name in missing:
-            if name in others and (factors := _side_by_side(name, short - {name})):
-                others.remove(name)
+            if name not in short or variables[name].span is not None:
+                continue
+            if factors := side_by_side(name, short - {name}):
                 yield f"{name} is one name: is {'*'.join(factors)} meant?"
-        if "e" in missing and "e" in others:
-            powers = (n for e in model.equations for n in walk(*e.sides))
-            if any(isinstance(node, Power) and node.base == Name("e") for node in powers):
+            powers = (n for e in equations for n in walk(*e.sides) if isinstance(n, Power))
+            if name == "e" and any(node.base == Name("e") for node in powers):
                 yield "e is a variable: write exp(x) for a power of Euler's number"
-        for name in rows if others else ():
-            if name not in read and (name in missing or name in self.inputs):
-                near = closest(name, [other for other in others if other in short])
-                if near is not None:
-                    yield f"no rule names {name}: is {near} meant to be {name}?"
 
     def _giving(self, names: Sequence[str]) -> tuple[str, ...]:
         """The advice to give one of these; none to give a wanted variable itself."""
@@ -520,15 +509,6 @@ def _refused(fact: facts.NoValue | facts.OutOfRange | facts.NoRoot) -> str:
 
 def _labels(model: Model, equations: Sequence[int]) -> tuple[Label, ...]:
     return tuple(map(Label, dict.fromkeys(model.equations[e].rule for e in equations)))
-
-
-def _side_by_side(text: str, names: Collection[str]) -> tuple[str, ...]:
-    """The fewest names that make a text; none if they do not."""
-    if text in names:
-        return (text,)
-    ends = [k for k in range(1, len(text)) if text[:k] in names]
-    found = ((text[:k], *rest) for k in ends if (rest := _side_by_side(text[k:], names)))
-    return min(found, key=len, default=())
 
 
 def _endless(model: Model, names: Iterable[str]) -> list[str]:
