@@ -132,6 +132,11 @@ def _cell(line: Span, text: str) -> Span:
     return line.part(at, len(text)) if text and at >= 0 else line
 
 
+def _last(line: Span, text: str) -> Span:
+    """The last place of a text in a line."""
+    return line.part(line.text.rfind(text), len(text))
+
+
 def _heading(cells: list[str], line: Span) -> list[str]:
     columns = [cell.lower() for cell in cells]
     if "name" not in columns:
@@ -143,6 +148,10 @@ def _heading(cells: list[str], line: Span) -> list[str]:
     for cell in strange:
         message, notes = f"a variable sheet has no column {cell}", suggestion(cell, COLUMNS)
         complaints.append(error_at("E411", message, _cell(line, cell), *notes, every))
+    for place, cell in enumerate(cells):
+        if cell and cell.lower() in columns[:place]:
+            message, note = f"the heading has the column {cell} twice", "keep one of them"
+            complaints.append(error_at("E411", message, _last(line, cell), note))
     refuse(complaints)
     return columns
 

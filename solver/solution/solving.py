@@ -324,7 +324,8 @@ def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove
         known = primary.branch.values
         likely = unlikely(by, [leaf.branch.values for leaf in leaves], inputs, guesses)
         for leaf, names in zip(leaves, likely, strict=True):
-            values, measure, proof = leaf.branch.values, partial(leaf_errors, by, leaf), None
+            values = {n: 0.0 if v == 0.0 else v for n, v in leaf.branch.values.items()}
+            measure, proof = partial(leaf_errors, by, leaf), None
             if prove:
                 from solver.solution.proof import prove as proved
 

@@ -58,6 +58,7 @@ def test_locals_are_named_in_full(tmp_path):
         ("St,Input\n,3\n", "E410", None, None),
         ("", "E410", None, None),
         ("Name,Imput\nAO,3\n", "E411", 1, 6),
+        ("Name,Input,input\nAO,3,4\n", "E411", 1, 12),
         ("Name,Input,St\nAO,3,X\n", "E412", 2, 6),
         ("Name,Input,St\nAO,3,L\n", "E412", 2, 6),
         ("Name,Input\n,3\n", "E413", 2, 1),
