@@ -367,6 +367,21 @@ def turns_matter(model: Model, contradicted: Iterable[Leaf]) -> bool:
     return bool(sums or len(rules) < len(facts) or model.conditions or model.requirements)
 
 
+def conditions_without_value(
+    asked: Asked, leaf: Leaf
+) -> Iterator[tuple[int, nodes.Condition, Undefined]]:
+    """The conditions that are undefined at an answer, each with a rule that is active for that."""
+    for equation in asked.model.equations if asked.model.conditions else ():
+        for premise in equation.guard if activity(equation, leaf.branch.conditions) else ():
+            condition = asked.model.conditions[premise.condition]
+            try:
+                holds(condition, leaf.branch.values, asked.inputs)
+            except Undefined as undefined:
+                yield equation.index, condition, undefined
+            except KeyError:
+                continue
+
+
 # --- conditions along a branch: what its values settle, what is assumed, what contradicts that ---
 
 

@@ -13,7 +13,7 @@ from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name, Power, names, walk
 from solver import facts
-from solver.leaves import Asked, Leaf
+from solver.leaves import Asked, Leaf, conditions_without_value
 from solver.path.planner import planner
 from solver.solution.remedy import (
     Patience,
@@ -93,6 +93,9 @@ class _Explanation:
                 if isinstance(fact, facts.NoValue) and fact.unknown not in leaf.branch.values:
                     text = f"{fact.unknown} has no value here: its rule needs {fact.reading}"
                     yield self._note("S591", text, (fact.equation,), (fact.unknown,))
+            for index, condition, undefined in conditions_without_value(self.asked, leaf):
+                text = f"{format_condition(condition)} has no value here and counts as false"
+                yield self._note("S599", text, (index,), (), f"it needs {undefined}")
 
     # --- one fact, one sentence ---
 

@@ -16,7 +16,15 @@ from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value
 from solver.accuracy.forward_error import ForwardErrors
 from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
-from solver.leaves import Asked, CutOff, Exploration, Leaf, infinite, leaf_errors
+from solver.leaves import (
+    Asked,
+    CutOff,
+    Exploration,
+    Leaf,
+    conditions_without_value,
+    infinite,
+    leaf_errors,
+)
 from solver.path import Path, Shown, SolveBlock, Step, equations_of
 from solver.path.planner import planner, with_checks
 from solver.ranking.ranking import unlikely
@@ -363,6 +371,7 @@ def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
     """The messages about a result; none for an undisturbed answer."""
     branches = [leaf.branch for leaf in verdict.leaves]
     noted = verdict.facts or any(branch.facts for branch in branches)
+    noted = noted or any(conditions_without_value(asked, leaf) for leaf in verdict.leaves[:1])
     if verdict.status is Status.SOLVED and branches and not noted and not branches[0].inactive:
         return ()
     from solver.solution.explain import explain

@@ -176,3 +176,26 @@ def test_the_other_end_of_a_gap_is_searched_afresh() -> None:
     rules = "s = 28 + 39/z\n10*z = min(5, m*(12 + z)) + min(2, m*(4 - z))"
     result = solver.solve(rulesheets.loads(rules), {"s": 50.0})
     assert result.diagnoses[0].notes[-1].endswith("a solution needs s < 28 or s ≥ 83.7143")
+
+
+@pytest.mark.parametrize(
+    ("rule", "needs"),
+    [
+        ("if sqrt(a) > 1 then k = 1 else k = 0", "sqrt of -4"),
+        ("if 8/(a + 4) < 1 then k = 1 else k = 0", "division by 0"),
+        ("if a < -4 then k = 2 else if not (ln(a) > 1) then k = 1 else k = 0", "ln of -4"),
+    ],
+)
+def test_a_condition_without_a_value_is_told(rule: str, needs: str) -> None:
+    """It counts as false, so that `else` applies, and never without a word."""
+    result = solver.solve(rulesheets.loads(rule), {"a": -4.0})
+    assert (str(result.status), result["k"]) == ("solved", 0.0)
+    (note,) = result.diagnoses
+    assert note.code == "S599"
+    assert needs in note.notes[0]
+
+
+def test_a_condition_that_another_term_decides_is_not_told() -> None:
+    rule = "if a > 0 and sqrt(a) > 1 then k = 1 else k = 0"
+    result = solver.solve(rulesheets.loads(rule), {"a": -4.0})
+    assert (result["k"], result.diagnoses) == (0.0, ())
