@@ -50,8 +50,6 @@ MANY = 3
 """Steps towards a value that seemed infeasible after which it is asked again."""
 ATTEMPTS = 2
 """How often an edge is looked for nearer to the given value than a first one."""
-DOUBT = 0.125
-"""The share of the way to a predicted edge by which it may differ from the prediction before."""
 
 # --- under-determined: what to give ------------------------------------------------------
 
@@ -398,7 +396,6 @@ class _Trials:
         self.asked, self.name, self.patience = asked, name, patience
         self.known, self.stands, self.positive, self.dear = known, stands, False, False
         self.isolated, self.most = False, math.inf
-        self.found: list[tuple[float, Mapping[str, float]]] = []
 
     def beside(self, value: float) -> bool:
         """Whether Newton's method leads to a solution from the known one, or a search to any."""
@@ -419,7 +416,6 @@ class _Trials:
         if leaf is not None:
             self.known = {n: v for n, v in leaf.branch.values.items() if isinstance(v, float)}
             self.isolated = not unsettled(leaf)
-            self.found.append((value, self.known))
         else:
             self.dear = self.dear or tried.work > DEAR
         return leaf is not None
@@ -488,51 +484,22 @@ def _closed_in(trials: _Trials, inside: float, outside: float, close: float = CL
             inside = -tiny
         else:
             return tiny if inside else 0.0
-    outsides, steps, end = [outside], 0, math.nan
+    outsides, steps = [outside], 0
     while True:
-        outside, before, end = outsides[-1], end, _end(trials, inside, outsides[-1])
+        outside = outsides[-1]
         is_closed = abs(outside - inside) <= close * max(abs(inside), close)
         if (is_closed or steps == MANY) and len(outsides) > 1 and trials.beside(outside):
             inside, steps = outsides.pop(), 0
             continue
         if is_closed or trials.patience.lost:
             return inside
-        doubt, ratio, steps = abs(end - before), outside / inside, steps + 1
+        ratio, steps = outside / inside, steps + 1
         middle = 0.5 * (outside + inside) if 0.1 < ratio < 10.0 else math.sqrt(ratio) * inside
-        sure = doubt <= DOUBT * abs(end - inside)
-        doubt = math.copysign(max(doubt, close * abs(end) / 2), outside - inside)
-        points = (end - doubt, end + doubt) if sure else ()
-        low, high = sorted((inside, outside))
-        for point in [point for point in points if low < point < high] or [middle]:
-            if not trials.beside(point):
-                outsides.append(point)
-                steps = 0
-                break
-            inside = point
-
-
-def _end(trials: _Trials, inside: float, outside: float) -> float:
-    """The value of the input, between these, at which the solutions end if their numbers go on as
-    at the last three of them: where a parabola turns, that of the number whose slope grows most, or
-    where one meets an end of its range. Not a number if there is none."""
-    if len(trials.found) < 3:
-        return math.nan
-    (a, one), (b, two), (c, three) = trials.found[-3:]
-    limits, fold, steepest = list[float](), math.nan, 1.0
-    for name in one.keys() - trials.asked.inputs.keys():
-        x, y, z = one[name], two.get(name, math.nan), three.get(name, math.nan)
-        if x == y or y == z or z == x:
-            continue
-        slope, last = (b - a) / (y - x), (c - b) / (z - y)
-        bend, variable = (last - slope) / (z - x), trials.asked.model.variables[name]
-        places = [variable.low, variable.high]
-        if bend and abs(slope) > steepest * abs(last):
-            steepest, turn = abs(slope / last), (x + y) / 2 - slope / (2 * bend)
-            fold = a + (turn - x) * (slope + bend * (turn - y))
-        limits += [a + (u - x) * (slope + bend * (u - y)) for u in places]
-    low, high = sorted((inside, outside))
-    between = (end for end in (fold, *limits) if low < end < high)
-    return min(between, key=lambda end: abs(end - inside), default=math.nan)
+        if trials.beside(middle):
+            inside = middle
+        else:
+            outsides.append(middle)
+            steps = 0
 
 
 FARTHEST = 1e30
