@@ -47,7 +47,7 @@ from solver.kernel.emitter import Emitter, enclose, factors, times, without
 from solver.numerics.tolerances import SAME_VALUE
 from solver.path import TARGET, Isolation, SolveBlock, Stage
 from solver.path.graph import ModelGraph
-from solver.path.polynomial import Monomial, NoForm, Polynomial, generator, in_parts
+from solver.path.polynomial import Monomial, NoForm, Polynomial, in_parts
 
 MAX_CHAINS = 256
 RESIDUAL = "#residual"
@@ -120,8 +120,8 @@ def _residual(name: str, rule: Equation) -> list[Assignment]:
 
 class _LikeTerms:
     """Sums without the terms that cancel in them once the steps of a chain are put in: ``w - (x +
-    y)`` is ``f - y`` after the step ``w := f + x``, and ``x - min((a + n*x)/n, y)`` is the negative
-    of ``min(a/n, y - x)``. Over a range of x only these are narrow far from 0."""
+    y)`` is ``f - y`` after the step ``w := f + x``. Far from 0 only these are narrow. (Where
+    terms cancel beside a minimum, the eliminants of its cases count the roots.)"""
 
     def __init__(self, tears: Sequence[str], steps: Sequence[Assignment]) -> None:
         self._steps = {item.name: item.expression for item in steps}
@@ -133,14 +133,6 @@ class _LikeTerms:
         try:
             terms = self._terms(node)
             whole = Polynomial.of(terms)
-            for part, name in [*self._parts.items()]:
-                factor = whole.get(((name, 1),))
-                if factor is not None and (choices := _choices(part)):
-                    rest = (whole - generator(name) * factor) * (1 / factor)
-                    every = [[*self._terms(one), *rest.items()] for one in choices.arguments]
-                    if any(map(self._cancels, every)):
-                        inside = (self._expression(Polynomial.of(some)) for some in every)
-                        return _multiple(factor, call(choices.function, *inside))
             return self._expression(whole) if self._cancels(terms) else node
         except (NoForm, ZeroDivisionError):
             return node
@@ -181,16 +173,6 @@ class _LikeTerms:
 
 def _number(part: Expression) -> Fraction | None:
     return Fraction(part.value) if isinstance(part, Number) else None
-
-
-def _choices(part: Expression) -> Call | None:
-    """What a kink chooses among, as a minimum or a maximum."""
-    match part:
-        case Call("abs", (inside,)):
-            return Call("max", (inside, -inside))
-        case Call(function) if function in CHOOSING:
-            return part
-    return None
 
 
 def _multiple(factor: Fraction, expression: Expression) -> Expression:
