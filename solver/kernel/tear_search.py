@@ -233,7 +233,7 @@ class TearSearch:
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
         numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
-        others = [v + (abs(v) or 1.0) / (3.0 + k) for k, v in enumerate(given)]
+        others = [(v or 1.0) * (1.0 - 1.0 / (3.0 + k)) for k, v in enumerate(given)]
         self.candidates.accidental |= any(
             x not in undefined and not numerator.is_zero_at(x, others) for x in holes
         )

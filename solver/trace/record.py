@@ -50,6 +50,8 @@ from solver.trace.steps import BEYOND, MATCHES, REMOTE, ROUNDINGS, StepRecording
 
 BESIDE = 1e-3, -7e-4
 """How far from the sample answers must be the same that are so at it, relative to its numbers."""
+LEAP = 1e12
+"""How many times the result of its sample the result of another row may be."""
 MAX_DEAD = 8
 """The most branches without an answer that a record watches."""
 _DIRECTIONS = named(lambda row: row.angle) | {"direction", "directiond"}
@@ -172,9 +174,18 @@ class Recording(StepRecording):
         results = tuple(self._result(state, name) for name in self.pattern.want)
         for node in results:
             if isinstance(node, int):
-                self.flow.bound(node)
+                self._keep_size(node)
         self.endings.append(Ending(results, tuple(state.checks)))
         return state
+
+    def _keep_size(self, node: int) -> None:
+        """Require a result not to be far larger than at the sample if it may be so by rounding
+        alone: a tangent beside its pole, as ``tan(acos(x))`` at 0."""
+        self.flow.bound(node)
+        size = LEAP * abs(self._numbers(node))
+        if size and any("tan" in self.flow.nodes[one] for one in computed_from(self.flow, [node])):
+            self.flow.require(self.flow.add("lt", -size, node))
+            self.flow.require(self.flow.add("lt", node, size))
 
     def _expect_rules(self, state: State) -> None:
         """Raises NotCompilable if the numbers of the record break a rule at the sample or slightly
@@ -394,8 +405,8 @@ class Recording(StepRecording):
                 if self._numbers(outside) is True:
                     return outside
             target, *others = self._undone(state, stage, target)
-            if others:
-                raise NotCompilable
+            if others:  # a root has two signs, if any
+                break
         negative = self._undefined(target)
         state.checks[:] = [  # nothing is asked of what has no value
             check

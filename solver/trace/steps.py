@@ -356,7 +356,8 @@ class StepRecording(Inverses):
         return all(self._is_sampled(node, name) for name, node in found.items())
 
     def _is_sampled(self, node: int | str, name: str) -> bool:
-        wanted = self.sample[name]
+        if (wanted := self.sample.get(name)) is None:
+            return False
         if isinstance(wanted, str) or isinstance(node, str):
             return node == wanted
         apart = abs(float(self._numbers(node)) - wanted)

@@ -277,3 +277,34 @@ def _answers(plan: solver.Plan, number: float) -> list[float]:
     except solver.Unsolved as reason:
         assert str(reason.status) == "infeasible"
         return []
+
+
+def test_a_root_that_gets_a_value_later_is_not_missed() -> None:
+    """The middle one of three roots has no square root at first."""
+    model = rulesheets.loads("s^3 - 2*s = L\nI^2 = s + 0.1")
+    plan = solver.prepare(model, ["L"], ["I"])
+    for level, count in ((0.5, 2), (0.45, 2), (0.1, 4), (0.12, 4), (0.5, 2), (-0.3, 4)):
+        found = sorted(_answers(plan, level))
+        roots = np.roots([1.0, 0.0, -2.0, -level]).real + 0.1
+        expected = sorted(sign * math.sqrt(r) for r in roots if r > 0 for sign in (1, -1))
+        assert len(found) == count
+        assert found == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("rule", ["q = 50*tan(acos(x))", "q = 2*tan(pi/2 - x)"])
+def test_a_result_that_rests_on_rounding_is_refused_by_a_record_too(rule: str) -> None:
+    plan = solver.prepare(rulesheets.loads(rule), ["x"], ["q"])
+    assert plan(0.3)
+    assert plan(0.25)
+    with pytest.raises(solver.Unsolved):
+        plan(0.0)
+
+
+def test_a_row_in_which_an_unknown_stays_blank() -> None:
+    """A pulley without a radius does not turn, and its angular acceleration is anything."""
+    sheet = "5*9.8 - T1 = 5*a\nT2 - 3*9.8 = 3*a\nI = R^2\n(T1 - T2)*R = I*alpha\na = alpha*R"
+    plan = solver.prepare(rulesheets.loads(sheet), ["R"], ["a"])
+    for radius in (0.1, 0.102, 0.0):
+        found = _answers(plan, radius)
+        fresh = solver.prepare(rulesheets.loads(sheet), ["R"], ["a"])
+        assert found == pytest.approx(_answers(fresh, radius))

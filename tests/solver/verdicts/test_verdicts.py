@@ -396,3 +396,15 @@ def test_the_case_that_was_followed_farthest_tells_why(rest: str) -> None:
     result = solver.solve(rulesheets.loads(sheet), {"y": 4.0})
     assert result.status is solver.Status.INFEASIBLE
     assert "y ≥ 6" in result.diagnoses[0].notes[0]
+
+
+def test_a_duct_without_friction_is_refused_with_its_reason() -> None:
+    """The advice looks as far as floats go, where a rule divides by 0."""
+    sheet = (
+        "vel = V/(pi*D^2/4)\nRe = vel*D/nu\n1/sqrt(f) = -2*log(2.51/(Re*sqrt(f)))\n"
+        "hL = f*(L/D)*vel^2/(2*9.81)"
+    )
+    known = {"V": 0.35, "L": 150.0, "nu": 1.655e-5, "f": 0.0}
+    result = solver.solve(rulesheets.loads(sheet), known)
+    assert str(result.status) == "infeasible"
+    assert "division by 0" in result.diagnoses[0].message
