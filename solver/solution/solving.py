@@ -371,7 +371,9 @@ def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
     """The messages about a result; none for an undisturbed answer."""
     branches = [leaf.branch for leaf in verdict.leaves]
     noted = verdict.facts or any(branch.facts for branch in branches)
-    noted = noted or any(conditions_without_value(asked, leaf) for leaf in verdict.leaves[:1])
+    noted = noted or any(
+        True for leaf in verdict.leaves[:1] for _ in conditions_without_value(asked, leaf)
+    )
     if verdict.status is Status.SOLVED and branches and not noted and not branches[0].inactive:
         return ()
     from solver.solution.explain import explain
