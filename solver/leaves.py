@@ -371,8 +371,9 @@ def conditions_without_value(
     asked: Asked, leaf: Leaf
 ) -> Iterator[tuple[int, nodes.Condition, Undefined]]:
     """The conditions that are undefined at an answer, each with a rule that is active for that."""
-    for equation in asked.model.equations if asked.model.conditions else ():
-        for premise in equation.guard if activity(equation, leaf.branch.conditions) else ():
+    outcomes = leaf.branch.conditions
+    for equation in asked.model.equations if outcomes else ():
+        for premise in equation.guard if activity(equation, outcomes) else ():
             condition = asked.model.conditions[premise.condition]
             try:
                 holds(condition, leaf.branch.values, asked.inputs)

@@ -363,11 +363,9 @@ def directions(expression: Expression) -> Iterator[Call]:
 
 def limited(expression: Expression) -> Iterator[tuple[Expression, float, float, Expression]]:
     """Parts that an expression needs to be between two ends: arguments of functions; bases of
-    powers, unless the exponent, which is the last, is whole. A size reaches 0, and no further."""
+    powers, unless the exponent, which is the last, is whole."""
     for part in walk(expression):
         match part:
-            case Call(_, (Call("abs", _),)) | Power(Call("abs", _) | Number(), _):
-                continue
             case Call(function, (argument,)) if TABLE[function].domain != LINE:
                 yield argument, *TABLE[function].domain, HALF
             case Power(base, exponent):

@@ -189,8 +189,7 @@ class Plan:
 
         The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that
         lacks an input, whose rules were read again, or are 0/0 somewhere for its numbers alone, is
-        not recorded. After a row without an
-        answer a brief search comes first.
+        not recorded. After a row without an answer a brief search comes first.
         """
         if any(refused(*numbers) is not None for refused in self.records.refused):
             return Status.INFEASIBLE, [], None

@@ -239,6 +239,7 @@ def test_a_row_that_several_rules_refuse_is_refused_by_all_of_them() -> None:
         "acos(x/5) + x/10 = level",
         "asin(x/5) + exp(x)/10 = level",
         "acosh(x) + x = level",
+        "acos(abs(x)) + x/10 = level",
         "acosd((x^2 + 40)/(14*x)) = level",
         "sqrt(x - 3) + sqrt(9 - x)/5 = level",
         "(x - 3)^1.5 + x/2 = level",
