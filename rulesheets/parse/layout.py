@@ -15,16 +15,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, error_at
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import (
-    Call,
-    Equality,
-    Expression,
-    Name,
-    Number,
-    Power,
-    rebuilt,
-    walk,
-)
+from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, Power, rebuilt, walk
 
 LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""

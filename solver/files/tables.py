@@ -14,14 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from rulesheets.diagnosis import RuleSheetError, refusal
 from rulesheets.files import writing
-from rulesheets.inputs import (
-    decimal_point,
-    delimiter,
-    exact,
-    parse_value,
-    readable,
-    symbol_name,
-)
+from rulesheets.inputs import decimal_point, delimiter, exact, parse_value, readable, symbol_name
 from rulesheets.model import Value
 from solver.facts import Status, UnknownName
 from solver.files import (

@@ -280,10 +280,7 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     everything = {**problem.here, **point}
     try:
         jacobian = problem.jacobian(list(point.values()))
-    except (
-        ArithmeticError,
-        ValueError,
-    ):
+    except (ArithmeticError, ValueError):
         return Uncertainty([0.0] * len(point), math.inf)
     sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
     steepness = max(

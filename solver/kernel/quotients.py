@@ -25,16 +25,7 @@ from rulesheets.deadline import expect_time
 from rulesheets.evaluate import value
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Number,
-    Power,
-    Product,
-    Sum,
-    rebuilt,
-)
+from rulesheets.syntax.nodes import Call, Expression, Name, Number, Power, Product, Sum, rebuilt
 from solver.numerics.one_unknown import common_divisor, without_roots
 from solver.numerics.tolerances import TOUCHING
 from solver.path.polynomial import UNIT, Monomial, NoForm, Polynomial, constant, generator

@@ -11,27 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import (
-    Expression,
-    Name,
-    Negative,
-    Product,
-    Quotient,
-    Sum,
-    calls,
-    walk,
-)
+from rulesheets.syntax.nodes import Expression, Name, Negative, Product, Quotient, Sum, calls, walk
 from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.problem import BlockProblem
 from solver.numerics.linear_algebra import Array
-from solver.numerics.sparse_newton import (
-    Map,
-    itself,
-    sparse_least_squares,
-    sparse_newton,
-)
+from solver.numerics.sparse_newton import Map, itself, sparse_least_squares, sparse_newton
 from solver.numerics.tolerances import LEAST
 from solver.ranking.sizes import added, nearly_balanced
 

@@ -16,22 +16,9 @@ from solver.facts import Status
 from solver.files.tables import Samples, Table
 from solver.path import Check, Path, SolveBlock, equations_of, given_by
 from solver.report import SCREEN, table
-from solver.report.derivation import (
-    Derivation,
-    Line,
-    Page,
-    aligned,
-    why_latex,
-    why_text,
-)
+from solver.report.derivation import Derivation, Line, Page, aligned, why_latex, why_text
 from solver.report.path import Plain, steps_to_show
-from solver.report.sheet import (
-    diagnosis_json,
-    result_text,
-    sheet_heads,
-    sheet_rows,
-    with_warnings,
-)
+from solver.report.sheet import diagnosis_json, result_text, sheet_heads, sheet_rows, with_warnings
 from solver.solution.solving import Result
 
 NONE = "none"

@@ -15,30 +15,13 @@ from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.model import Value
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
-from solver.facts import (
-    AsksNothing,
-    Beside,
-    Fact,
-    NoRoot,
-    NoValue,
-    RankLoss,
-    about,
-)
+from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.problem import PLAN, STEP
 from solver.kernel.solve_block import MAX_SEARCHED, SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
-from solver.leaves import (
-    Asked,
-    Branch,
-    CutOff,
-    Exploration,
-    Leaf,
-    indeterminacy,
-    infinite,
-    unmet,
-)
+from solver.leaves import Asked, Branch, CutOff, Exploration, Leaf, indeterminacy, infinite, unmet
 from solver.numerics.tolerances import ROUNDED
 from solver.path import (
     Assume,

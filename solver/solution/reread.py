@@ -352,8 +352,7 @@ def _fixed(
     own = {name: variable.value for name, variable in asked.model.variables.items()}
     numbers = {n: v for n, v in asked.inputs.items() if n in read and isinstance(v, float)}
     given = sorted(
-        numbers,
-        key=lambda name: (own[name] == numbers[name], name not in alone, read.count(name)),
+        numbers, key=lambda name: (own[name] == numbers[name], name not in alone, read.count(name))
     )
     free = sorted(
         (n for n in unknowns if n in read), key=lambda name: (own[name] is None, name in alone)
