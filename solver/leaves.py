@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
+from rulesheets.evaluate.digits import indeterminate
 from rulesheets.evaluate.number import meets
 from rulesheets.model import Equation, Model, Value, reached
 from rulesheets.syntax import nodes
@@ -525,8 +526,6 @@ class CaseAnalysis:
 
 def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
     """The fact that an equation is 0/0 at the values, if so."""
-    from rulesheets.evaluate.digits import indeterminate
-
     for side in equation.sides:
         found = indeterminate(side, values)
         if found is not None:

@@ -14,10 +14,12 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
+from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
+from rulesheets.units.check import check_units, inferred
 from solver.commands import (
     GIVEN,
     SHEET,
@@ -30,8 +32,10 @@ from solver.commands import (
     load_sheet,
     read_request,
 )
-from solver.path.planner import planner
+from solver.files import write_file
+from solver.path.planner import path_tree, planner
 from solver.ranking.signs import signs_of
+from solver.report.path import reaches, tree_text
 from solver.report.sheet import (
     MOST_WARNINGS,
     diagnosis_json,
@@ -102,8 +106,6 @@ def _solve(arguments: Namespace) -> int:
         request.expect_output(arguments.output)
     result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
-        from solver.files import write_file
-
         write_file(arguments.output, result_csv(result).encode())
     result = with_warnings(result, sys.maxsize if arguments.json else MOST_WARNINGS)
     if arguments.csv:  # messages go to stderr, for programs that read the sheet
@@ -195,8 +197,6 @@ def _saved(files: Iterable[str]) -> dict[str, float]:
 
 def _check(arguments: Namespace) -> int:
     """Load the sheet, which raises for all mistakes; then print a summary."""
-    from rulesheets.units.check import check_units, inferred  # a solve starts without them
-
     model = load_sheet(arguments)
     if arguments.json:
         found = [diagnosis_json(warning) for warning in check_units(model)]
@@ -229,9 +229,6 @@ def summary(model: Model, warnings: int = 0) -> str:
 
 def _format(arguments: Namespace) -> int:
     """Print or write the sheet; ``--check`` exits with 1 if it would change."""
-    from rulesheets.format import format_sheet
-    from solver.files import write_file
-
     path = find_sheet(arguments.sheet)
     source = read_source(path)
     text = format_sheet(parsed(source, path))
@@ -250,9 +247,6 @@ def _format(arguments: Namespace) -> int:
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 if it reaches every wanted variable in some case."""
-    from solver.path.planner import path_tree
-    from solver.report.path import reaches, tree_text
-
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

@@ -19,10 +19,18 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Value
+from solver.accuracy.alike import accepted, evaluated, multiplied_out, sizes_of
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
-from solver.numerics.linear_algebra import Array, Factor, Triplets, factorise, sparse_matrix
+from solver.numerics.linear_algebra import (
+    Array,
+    Factor,
+    SparseFactor,
+    Triplets,
+    factorise,
+    sparse_matrix,
+)
 from solver.numerics.tolerances import BACKWARD, BESIDE, EPS, SMALLEST_NORMAL
 from solver.path.graph import within_half_turns
 
@@ -160,8 +168,6 @@ class BlockProblem:
         everything = {**self.here, **point}
         left: Sequence[Any] = self.kernel.equations
         if len(left) > MANY:  # of many, those that do not clearly hold are checked one by one
-            from solver.accuracy.alike import accepted
-
             _, left = accepted(self.graph.model, left, everything)
         return all(check_rule(equation, everything).holds for equation in left)
 
@@ -301,9 +307,6 @@ def _sparse_uncertainty(
     """The same for a large block. An unknown near 0 is measured by the change that would move one
     of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
     multiplied out, its terms are as large as its moves."""
-    from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
-    from solver.numerics.linear_algebra import SparseFactor
-
     asked = problem.graph.model, problem.kernel.equations, {**problem.here, **point}
     found = evaluated(*asked)
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))

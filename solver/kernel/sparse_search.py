@@ -16,6 +16,7 @@ from solver.accuracy.rule_sides import MANY
 from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.problem import BlockProblem
+from solver.kernel.root_check import sharp_root
 from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import Map, itself, sparse_least_squares, sparse_newton
 from solver.numerics.tolerances import LEAST
@@ -90,7 +91,6 @@ def _polished(problem: BlockProblem, x: Array) -> dict[str, float] | None:
     through a closed valve, the last of many complexes), explicit rules correct it; if rounding in
     the evaluation of a rule prevents it (``exp(x) - 1`` at a small x), residuals in many digits do.
     None otherwise."""
-    from solver.kernel.root_check import sharp_root  # most roots need no more digits
 
     def near() -> Iterator[Sequence[float] | None]:
         yield x.tolist()

@@ -15,6 +15,8 @@ from typing import NamedTuple
 
 from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate.digits import extended, in_many_digits
+from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
 from rulesheets.model import Value
@@ -359,8 +361,6 @@ class StepSolver:
             _, slopes, rounded = rounded_derivatives(formula, self.values)
             if rounded <= BACKWARD * sum(moves_of(slopes, self.values)):
                 return number
-        from rulesheets.evaluate.digits import extended, in_many_digits
-
         with suppress(Undefined):  # digits hold no exponent as large as that of exp(-1e300)
             if in_many_digits(formula):
                 return float(extended(formula, self.values))
@@ -473,8 +473,6 @@ class StepSolver:
 
     def _vanishes(self, expression: Expression, at: Mapping[str, Value]) -> bool:
         """Whether nothing is left of an expression with the decimals as written."""
-        from rulesheets.evaluate.exact import cancels_as_written  # where floats have cancelled
-
         found = self.by_decimals and cancels_as_written(expression, at)
         self.cancelled = self.cancelled or found
         return found

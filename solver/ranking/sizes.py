@@ -14,7 +14,7 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from math import log10, pi
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,11 +35,10 @@ from rulesheets.syntax.nodes import (
     names,
     walk,
 )
+from solver.numerics.sparse_newton import sparse_least_squares
 from solver.numerics.tolerances import NULL
 from solver.path.graph import shape_of
-
-if TYPE_CHECKING:
-    from solver.path.shapes import Alike
+from solver.path.shapes import Alike, same_columns
 
 Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
@@ -111,8 +110,6 @@ def nearly_balanced(
 
     Rules of one shape, with zeros at the same places, give the same equations for other unknowns.
     """
-    from solver.path.shapes import same_columns
-
     n = len(unknowns)
     place = {name: i for i, name in enumerate(unknowns)}
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
@@ -144,8 +141,6 @@ def nearly_balanced(
             rows = height + len(matrix) * count, width + free.size
     if not rows[0]:
         return np.ones(n)
-    from solver.numerics.sparse_newton import sparse_least_squares  # of large blocks alone
-
     data, lines, mine = (np.concatenate(parts) for parts in zip(*entries, strict=True))
     found = sparse_least_squares((data, lines, mine), rows, np.concatenate(rhs))[:n]
     return np.asarray(10.0 ** np.clip(found, -50.0, 50.0))

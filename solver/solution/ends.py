@@ -11,6 +11,7 @@ from dataclasses import replace
 from rulesheets.evaluate import Undefined, derivatives
 from rulesheets.model import Equation, Value
 from rulesheets.syntax.nodes import subtract
+from solver.accuracy.alike import accepted
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY
 from solver.facts import Conflict, Fact, Gap, Truncated
@@ -153,8 +154,6 @@ class Ends:
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)
         if len(rules) > MANY:
-            from solver.accuracy.alike import accepted
-
             worst, left = accepted(self.model, rules, values)
         conflicts: list[Fact] = []
         for equation in left:
