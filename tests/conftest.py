@@ -60,9 +60,9 @@ QUICK = (
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    chosen = [Path(__file__).parent / name for name in QUICK]
+    chosen = {Path(__file__).parent / name for name in QUICK}
     for item in items:
-        if any(item.path.is_relative_to(place) for place in chosen) and "slow" not in item.keywords:
+        if item.path in chosen and "slow" not in item.keywords:
             item.add_marker(pytest.mark.quick)
 
 

@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -49,7 +50,11 @@ def modules() -> dict[str, Path]:
 
 
 MODULES = modules()
-TREES = {module: ast.parse(file.read_text()) for module, file in MODULES.items()}
+
+
+@cache
+def tree(module: str) -> ast.Module:
+    return ast.parse(MODULES[module].read_text())
 
 
 def imported(node: ast.AST) -> list[str]:
@@ -82,14 +87,15 @@ def statements(body: list[ast.stmt], tried: bool = False) -> Iterator[tuple[ast.
 
 def bodies(module: str) -> Iterator[tuple[bool, list[tuple[ast.stmt, bool]]]]:
     """The module's own statements, and those of each of its functions; True for the former."""
-    yield True, list(statements(TREES[module].body))
-    for node in ast.walk(TREES[module]):
+    yield True, list(statements(tree(module).body))
+    for node in ast.walk(tree(module)):
         if isinstance(node, ast.ClassDef):
             yield True, list(statements(node.body))
         if isinstance(node, ast.FunctionDef):
             yield False, list(statements(node.body))
 
 
+@cache
 def needing() -> set[str]:
     """The modules that cannot be imported without an extra: those that import one, and theirs."""
     needed = {
@@ -117,17 +123,14 @@ def extra(name: str) -> bool:
     return name.split(".")[0] in EXTRAS
 
 
-NEEDING = needing()
-
-
 def test_extras_are_imported_in_guarded_places_alone() -> None:
     wrong = [
         f"{module}:{node.lineno} imports {name}"
-        for module in sorted(set(MODULES) - NEEDING)
+        for module in sorted(set(MODULES) - needing())
         for whole, found in bodies(module)
         for node, tried in found
         for name in imported(node)
-        if (extra(name) or name in NEEDING)
+        if (extra(name) or name in needing())
         and not tried
         and (whole or not any(f"{module}.".startswith(f"{room}.") for room in GUARDS))
     ]
@@ -138,8 +141,8 @@ def test_each_guard_is_asked() -> None:
     """Somebody calls it, in the room or where the room is entered."""
     calls = (
         node.func
-        for tree in TREES.values()
-        for node in ast.walk(tree)
+        for module in MODULES
+        for node in ast.walk(tree(module))
         if isinstance(node, ast.Call)
     )
     called = {
@@ -161,7 +164,7 @@ def without_extras(code: str, *words: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_all_other_modules_are_imported_without_extras() -> None:
-    names = sorted(set(MODULES) - NEEDING - {"solver.__main__"})
+    names = sorted(set(MODULES) - needing() - {"solver.__main__"})
     code = (
         f"import importlib\nfor name in {names!r}: "
         f"importlib.import_module(name)\nprint(len({names!r}))"
