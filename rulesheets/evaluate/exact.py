@@ -77,7 +77,8 @@ class Rationals(Arithmetic[Fraction]):
     def _is_number(self, expression: Expression) -> bool:
         """Whether a factor has a value, exactly known or not."""
         with suppress(Undefined, KeyError, OverflowError):
-            return isfinite(value(expression, {name: float(v) for name, v in self.numbers.items()}))
+            near = {name: float(self.numbers[name]) for name in names(expression)}
+            return isfinite(value(expression, near))
         return False
 
     def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:

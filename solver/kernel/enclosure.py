@@ -98,6 +98,7 @@ class Enclosure:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
         self._at, self._points = tuple[float, ...](), dict[float, Independent]()
+        self._zeros = dict[float, Enclosure | None]()
 
     @cached_property
     def _slope(self) -> Chain:
@@ -156,14 +157,22 @@ class Enclosure:
     def leaves_zero(self, at: float, box: Interval, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point of a box and, by one of its
         first derivatives, nowhere else in it."""
+        self._renew(known)
+        if at not in self._zeros:
+            self._zeros[at] = self._last_zero(at, known)
+        last = self._zeros[at]
+        ((least, most),) = last.slopes_over([box], known) if last else [LINE]
+        return -inf < least <= most < inf and (least > 0.0 or most < 0.0)
+
+    def _last_zero(self, at: float, known: Sequence[float]) -> Enclosure | None:
+        """The numerator or the first of its derivatives that is exactly 0 at a point where its own
+        derivative is not."""
         derivative, longest = self.numerator or self, inf
         while derivative._length < longest and derivative.is_zero_at(at, known):
-            slope = derivative._derivative
-            if not slope.is_zero_at(at, known):
-                ((least, most),) = derivative.slopes_over([box], known)
-                return -inf < least <= most < inf and (least > 0.0 or most < 0.0)
-            derivative, longest = slope, LONGEST_SLOPE
-        return False
+            if not derivative._derivative.is_zero_at(at, known):
+                return derivative
+            derivative, longest = derivative._derivative, LONGEST_SLOPE
+        return None
 
     @cached_property
     def _derivative(self) -> Enclosure:
@@ -194,9 +203,7 @@ class Enclosure:
 
     def exactly_at(self, x: float, known: Sequence[float]) -> Independent:
         """The values of a chain at a point, kept while the ``known`` numbers are the same."""
-        if tuple(known) != self._at:
-            self._at = tuple(known)
-            self._points.clear()
+        self._renew(known)
         if x not in self._points:
             point = Independent(self._exact(known) | {self._chain.tears[0]: as_written(x)})
             for item in self._chain.assignments:
@@ -204,6 +211,12 @@ class Enclosure:
                     point.numbers[item.name] = point.of(item.expression)
             self._points[x] = point
         return self._points[x]
+
+    def _renew(self, known: Sequence[float]) -> None:
+        if tuple(known) != self._at:
+            self._at = tuple(known)
+            self._points.clear()
+            self._zeros.clear()
 
     def _exact(self, known: Sequence[float]) -> dict[str, Fraction]:
         return {n: as_written(v) for n, v in zip(self._known, known, strict=True)}

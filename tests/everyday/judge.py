@@ -80,11 +80,14 @@ def _names(rule: str) -> set[str]:
     return words - FUNCTIONS.keys() - {"if", "then", "else", "and", "or", "not"}
 
 
+_GLOBALS = {**FUNCTIONS, "mpf": mpmath.mpf}
+
+
 def _value(expression: str, values: Mapping[str, Any]) -> Any:
-    return eval(_compiled(expression.strip()), {**FUNCTIONS, "mpf": mpmath.mpf}, dict(values))
+    return eval(_compiled(expression.strip()), _GLOBALS, values)
 
 
-def _exact(values: Values) -> dict[str, Any]:
+def _exact(values: Mapping[str, Any]) -> dict[str, Any]:
     return {
         name: mpmath.mpf(v) if isinstance(v, (float, int)) else v
         for name, v in values.items()
@@ -114,17 +117,17 @@ def holds(rule: str, values: Values, bound: float = BOUND) -> bool:
         return _condition(active, values)
     left, right = active.split("=")
     with mpmath.workdps(DIGITS):
+        at = _exact(values)
         try:
-            miss = _value(left, _exact(values)) - _value(right, _exact(values))
+            miss = _value(left, at) - _value(right, at)
             return bool(
-                abs(miss)
-                <= bound * sum(abs(slope(active, values, name)) for name in _names(active))
+                abs(miss) <= bound * sum(abs(slope(active, at, name)) for name in _names(active))
             )
         except (ZeroDivisionError, ValueError, TypeError):
             return False
 
 
-def slope(rule: str, values: Values, name: str) -> Any:
+def slope(rule: str, values: Mapping[str, Any], name: str) -> Any:
     """How far the sides of an equation part where a variable grows, by the share that it grows."""
     if name not in _names(rule):
         return mpmath.mpf(0)
@@ -153,7 +156,7 @@ def distance_to_root(text: str, values: Values, unknown: Sequence[str]) -> float
         rule for rule in (_active(rule, values) for rule in rules(text)) if rule and "=" in rule
     ]
     moving = [name for name in unknown if isinstance(values.get(name), float) and values[name]]
-    at, start = dict(values), dict(values)
+    at, start = {**values, **_exact(values)}, dict(values)
     with mpmath.workdps(DIGITS):
         try:
             for _ in range(STEPS):
