@@ -98,7 +98,7 @@ class Enclosure:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
         self._at, self._points = tuple[float, ...](), dict[float, Independent]()
-        self._zeros = dict[float, Enclosure | None]()
+        self._zeros = dict[float, ExactZero]()
 
     @cached_property
     def _slope(self) -> Chain:
@@ -159,10 +159,8 @@ class Enclosure:
         first derivatives, nowhere else in it."""
         self._renew(known)
         if at not in self._zeros:
-            self._zeros[at] = self._last_zero(at, known)
-        last = self._zeros[at]
-        ((least, most),) = last.slopes_over([box], known) if last else [LINE]
-        return -inf < least <= most < inf and (least > 0.0 or most < 0.0)
+            self._zeros[at] = ExactZero(self._last_zero(at, known))
+        return self._zeros[at].is_alone(box, known)
 
     def _last_zero(self, at: float, known: Sequence[float]) -> Enclosure | None:
         """The numerator or the first of its derivatives that is exactly 0 at a point where its own
@@ -285,6 +283,29 @@ class Enclosure:
         of_values = len(self._chain.assignments)
         emitter = _followed(self._slope, self._known, self._ranged, of_values)
         return emitter.function(emitter.of(Name(self._slope.residuals[0])))
+
+
+class ExactZero:
+    """A point where a residual is exactly 0, as ``last`` is, the derivative of which is not."""
+
+    def __init__(self, last: Enclosure | None) -> None:
+        self._last, self._alone, self._unknown = last, list[Interval](), list[Interval]()
+
+    def is_alone(self, box: Interval, known: Sequence[float]) -> bool:
+        """Whether the slope of ``last`` has one sign in a box around the point. It has in every
+        part of a box in which it has, and a box is not looked into if a part of it has not."""
+        if self._last is None or any(_covers(box, other) for other in self._unknown):
+            return False
+        if not any(_covers(other, box) for other in self._alone):
+            ((least, most),) = self._last.slopes_over([box], known)
+            alone = -inf < least <= most < inf and (least > 0.0 or most < 0.0)
+            (self._alone if alone else self._unknown).append(box)
+            return alone
+        return True
+
+
+def _covers(box: Interval, other: Interval) -> bool:
+    return box[0] <= other[0] and other[1] <= box[1]
 
 
 def _followed(
