@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import sys
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -30,25 +30,32 @@ SQUARE = 'function square(x; y)\n  y = x^2 " the area\n'
 
 
 class Editor(LanguageClient):
-    """A client that opens one sheet and keeps what it is told of it."""
+    """A client that opens one sheet at a time and keeps what it is told of it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self) -> None:
         super().__init__("test", "1")
-        self.uri = str(from_fs_path(str(path)))
-        self.document = lsp.TextDocumentIdentifier(self.uri)
-        self.told: asyncio.Queue[list[lsp.Diagnostic]] = asyncio.Queue()
-        self.version = 0
 
         @self.feature(lsp.TEXT_DOCUMENT_PUBLISH_DIAGNOSTICS)
         def published(params: lsp.PublishDiagnosticsParams) -> None:
-            self.told.put_nowait(list(params.diagnostics))
+            if params.uri == self.uri:
+                self.told.put_nowait(list(params.diagnostics))
 
-    async def open(self, text: str) -> list[lsp.Diagnostic]:
+    async def start(self) -> None:
         await self.start_io(sys.executable, "-m", "solver", "lsp", "--stdio")
         await self.initialize_async(
             lsp.InitializeParams(capabilities=lsp.ClientCapabilities(), process_id=None)
         )
         self.initialized(lsp.InitializedParams())
+
+    async def end(self) -> None:
+        await self.shutdown_async(None)
+        self.exit(None)
+        await self.stop()
+
+    async def open(self, path: Path, text: str) -> list[lsp.Diagnostic]:
+        self.uri, self.version = str(from_fs_path(str(path))), 0
+        self.document = lsp.TextDocumentIdentifier(self.uri)
+        self.told: asyncio.Queue[list[lsp.Diagnostic]] = asyncio.Queue()
         item = lsp.TextDocumentItem(self.uri, "tk", 0, text)
         self.text_document_did_open(lsp.DidOpenTextDocumentParams(item))
         return await self.diagnostics()
@@ -91,26 +98,40 @@ class Editor(LanguageClient):
         return list(edit.changes[self.uri])  # type: ignore[union-attr,index]
 
 
-def edited(
-    folder: Path, text: str, steps: Callable[[Editor, list[lsp.Diagnostic]], Awaitable[Any]]
-) -> Any:
-    """What ``steps`` find in a sheet of the folder that is opened with a text."""
-    (folder / "square.tk").write_text(SQUARE)
-    (folder / "sheet.tk").write_text(text)
-
-    async def session() -> Any:
-        editor = Editor(folder / "sheet.tk")
-        try:
-            return await steps(editor, await editor.open(text))
-        finally:
-            await editor.shutdown_async(None)
-            editor.exit(None)
-            await editor.stop()
-
-    return asyncio.run(session())
+Steps = Callable[[Editor, list[lsp.Diagnostic]], Awaitable[Any]]
+Edited = Callable[[str, Steps], Any]
 
 
-def test_a_mistake_is_told_while_it_is_typed_and_goes_when_it_is_healed(tmp_path: Path) -> None:
+@pytest.fixture(scope="module")
+def running() -> Iterator[tuple[asyncio.Runner, Editor]]:
+    """An editor beside its server, for all tests: starting one takes a second."""
+    with asyncio.Runner() as runner:
+        editor = Editor()
+        runner.run(editor.start())
+        yield runner, editor
+        runner.run(editor.end())
+
+
+@pytest.fixture
+def edited(tmp_path: Path, running: tuple[asyncio.Runner, Editor]) -> Edited:
+    """What steps find in a sheet of a folder that is opened with a text."""
+    (tmp_path / "square.tk").write_text(SQUARE)
+    runner, editor = running
+
+    def edited(text: str, steps: Steps) -> Any:
+        (tmp_path / "sheet.tk").write_text(text)
+
+        async def session() -> Any:
+            found = await steps(editor, await editor.open(tmp_path / "sheet.tk", text))
+            editor.text_document_did_close(lsp.DidCloseTextDocumentParams(editor.document))
+            return found
+
+        return runner.run(session())
+
+    return edited
+
+
+def test_a_mistake_is_told_while_it_is_typed_and_goes_when_it_is_healed(edited: Edited) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
         wrong, healed = (
             await editor.change(AREA.replace("A*α", "A = = α")),
@@ -122,23 +143,23 @@ def test_a_mistake_is_told_while_it_is_typed_and_goes_when_it_is_healed(tmp_path
         editor.text_document_did_save(lsp.DidSaveTextDocumentParams(editor.document))
         return first, wrong, healed, apart, await editor.diagnostics()
 
-    first, wrong, healed, apart, saved = edited(tmp_path, AREA, steps)
+    first, wrong, healed, apart, saved = edited(AREA, steps)
     assert (first, healed, apart) == ([], [], [])
     assert [one.range.start.line for one in wrong] == [6]
     assert str(wrong[0].code).startswith("E1")
     assert {one.code for one in saved} == {"S520"}
 
 
-def test_a_warning_of_units_is_told_once(tmp_path: Path) -> None:
+def test_a_warning_of_units_is_told_once(edited: Edited) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
         editor.text_document_did_save(lsp.DidSaveTextDocumentParams(editor.document))
         return first, await editor.diagnostics()
 
     text = "variables\n  P = 5 [kW]\n  T [N-m]\n  w = 10 [rad/s]\nrules\n  P = T*w\n"
-    assert [[one.code for one in told] for told in edited(tmp_path, text, steps)] == [["W601"]] * 2
+    assert [[one.code for one in told] for told in edited(text, steps)] == [["W601"]] * 2
 
 
-def test_values_stand_beside_their_rows_until_the_text_changes(tmp_path: Path) -> None:
+def test_values_stand_beside_their_rows_until_the_text_changes(edited: Edited) -> None:
     text = "variables\n  r = 2 [m]\n  x [m -> mm]\n  T [degC -> K]\nrules\n"
     text += "  x^2 = r^2\n  T = 20\n  y = x + 1"
 
@@ -153,18 +174,18 @@ def test_values_stand_beside_their_rows_until_the_text_changes(tmp_path: Path) -
         assert await editor.values() == []
         assert "`r = 2 m` (input, as last saved)" in await editor.hover(1, 2)
 
-    edited(tmp_path, text, steps)
+    edited(text, steps)
 
 
-def test_a_missing_input_is_told_at_its_row(tmp_path: Path) -> None:
+def test_a_missing_input_is_told_at_its_row(edited: Edited) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
         return [(one.code, one.range.start.line, one.range.start.character) for one in first]
 
     text = "variables\n  a = 2\n  b\n  c\nrules\n  c = a*b\n"
-    assert edited(tmp_path, text, steps) == [("S510", 2, 2)]
+    assert edited(text, steps) == [("S510", 2, 2)]
 
 
-def test_hover_completion_definition_and_format(tmp_path: Path) -> None:
+def test_hover_completion_definition_and_format(edited: Edited) -> None:
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> None:
         volume = await editor.hover(6, 2)
         assert "the volume" in volume and "`V = 27 cm^3`" in volume and "V = A*α" in volume
@@ -192,10 +213,10 @@ def test_hover_completion_definition_and_format(tmp_path: Path) -> None:
         assert edit.new_text == "rules\n  y = sqrt(x)\n  x = 4\n"
         assert (edit.range.end.line, edit.range.end.character) == (1, 3)
 
-    edited(tmp_path, AREA, steps)
+    edited(AREA, steps)
 
 
-def test_renaming_changes_every_place_of_a_name_and_nothing_else(tmp_path: Path) -> None:
+def test_renaming_changes_every_place_of_a_name_and_nothing_else(edited: Edited) -> None:
     text = '  call f(x; z)\n  x = 3 " x\nfunction f(x; y)\n  y = 2*x\n'
 
     async def steps(editor: Editor, first: list[lsp.Diagnostic]) -> Any:
@@ -206,4 +227,4 @@ def test_renaming_changes_every_place_of_a_name_and_nothing_else(tmp_path: Path)
         starts = [[one.range.start for one in edit] for edit in (outer, inner)]
         return [[(start.line, start.character) for start in some] for some in starts]
 
-    assert edited(tmp_path, text, steps) == [[(0, 9), (1, 2)], [(2, 11), (3, 8)]]
+    assert edited(text, steps) == [[(0, 9), (1, 2)], [(2, 11), (3, 8)]]
