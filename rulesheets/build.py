@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.checks import check, check_figures, head_of
+from rulesheets.checks import MAX_EQUATIONS, TOO_MANY, check, check_figures, head_of
 from rulesheets.diagnosis import (
     MAX_NAMED,
     Diagnosis,
@@ -298,7 +298,6 @@ def _passed(program: Program) -> set[str]:
 
 # --- calls expanded -------------------------------------------------------------
 
-MAX_EQUATIONS = 200_000
 _NOWHERE = Span(Source("<tree>", ""), 0, 0)
 
 
@@ -367,9 +366,7 @@ class Expansion:
             place = rule.span or rule.body.span or _NOWHERE
             self._expand(rule.body, Context(scope, guard, place))
             if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
-                reason = f"the model has more than {MAX_EQUATIONS:,} equations"
-                note = "nest fewer calls"
-                raise refusal("E216", reason, place, note, label="one of them")
+                raise refusal("E216", TOO_MANY, place, "nest fewer calls", label="one of them")
             called, self._called = self._called, []
             for call in called:
                 self._body(*call)

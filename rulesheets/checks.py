@@ -230,7 +230,8 @@ def check_builtin(
 
 # --- size -----------------------------------------------------------------------
 
-MAX_DEPTH = 100
+MAX_DEPTH, MAX_EQUATIONS = 100, 200_000
+TOO_MANY = f"the model has more than {MAX_EQUATIONS:,} equations"
 
 
 def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
@@ -254,13 +255,20 @@ def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
         note = f"the calls form a circle: {' → '.join(names)}; a function cannot call itself"
         yield error("E208", message, *labels(*places), notes=(note,))
         return
-    depths: dict[str, int] = {}
+    depths, sizes = dict[str, int](), dict[str, int]()
     for name in inner_first:
-        depths[name] = max((1 + depths[callee] for callee in calls[name]), default=0)
+        scope = scopes[name]
+        called = [function.name.lower() for _, function in scope.calls if function is not None]
+        own = sum(isinstance(part, nodes.Equality) for part in scope.parts)
+        depths[name] = max((1 + depths[one] for one in called), default=0)
+        sizes[name] = own + sum(sizes[one] for one in called)
+    reason = TOO_MANY
     if (depth := depths[""]) > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
-        place = next(iter(calls[""].values()))
-        yield error_at("E216", reason, place, "nest fewer calls", label="called here")
+    elif sizes[""] <= MAX_EQUATIONS or not calls[""]:
+        return
+    place = next(iter(calls[""].values()))
+    yield error_at("E216", reason, place, "nest fewer calls", label="called here")
 
 
 def check_shapes(scope: Scope) -> Iterator[Diagnosis]:
