@@ -77,22 +77,27 @@ class Sheet:
         return {**self.inputs, **self.oracle(**{name: self.inputs[name] for name in asked})}
 
     def questions(self) -> Iterator[Question]:
-        yield Question(self, "forward", {}, (self.state, *self.either.get("forward", ())))
-        for swap in self.back:
-            given, asked = (side.split() for side in swap.split(">"))
-            changes = {name: self.state[name] for name in given} | dict.fromkeys(asked)
-            yield Question(self, swap, changes, (self.state, *self.either.get(swap, ())))
+        return (Question(self, label) for label in ("forward", *self.back))
 
 
 @dataclass(frozen=True)
 class Question:
-    """``expected``: the states any of which may come first; a value that is not named is not
-    judged."""
+    """What is asked is computed when it is asked: to list questions reads no sheet."""
 
     sheet: Sheet
     label: str
-    changes: Mapping[str, Value | None]
-    expected: tuple[Mapping[str, Value], ...]
+
+    @property
+    def changes(self) -> dict[str, Value | None]:
+        if self.label == "forward":
+            return {}
+        given, asked = (side.split() for side in self.label.split(">"))
+        return {name: self.sheet.state[name] for name in given} | dict.fromkeys(asked)
+
+    @property
+    def expected(self) -> tuple[Mapping[str, Value], ...]:
+        """The states any of which may come first; a value that is not named is not judged."""
+        return self.sheet.state, *self.sheet.either.get(self.label, ())
 
     @property
     def id(self) -> str:
