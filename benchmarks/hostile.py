@@ -118,6 +118,7 @@ def examine(
     signal.setitimer(signal.ITIMER_PROF, limit)
     try:
         result = solver.solve(rulesheets.loads(made.text))
+        _ = result.diagnoses  # the messages must come to an end, too
     except rulesheets.RuleSheetError as error:
         return _refused(seed, made, error, time.process_time() - began)
     except TooLong:

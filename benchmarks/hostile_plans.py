@@ -189,6 +189,7 @@ def _solved(text: str, names: Sequence[str], point: Sequence[float], want: Seque
     given = {n: None if math.isnan(v) else v for n, v in zip(names, point, strict=True)}
     try:
         result: Result = solver.solve(model, given, want)
+        _ = result.diagnoses  # the messages must come to an end, too
     except rulesheets.RuleSheetError:  # outside the range that the sheet declares
         return Said(Status.INFEASIBLE, [], [])
     return _told(result, want)

@@ -282,6 +282,7 @@ def examine(
     began = time.process_time()
     try:
         result = solver.solve(rulesheets.loads(made.text))
+        _ = result.diagnoses  # the messages must come to an end, too
     except TooLong:
         return made.kind, LIMIT, [("slow", f"over {LIMIT:g} s")]
     except Exception:

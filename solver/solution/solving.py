@@ -10,7 +10,7 @@ from functools import cached_property, partial
 from importlib.util import find_spec
 from typing import TYPE_CHECKING
 
-from rulesheets.deadline import TimeIsUp, grace, in_one_chunk, time_limit
+from rulesheets.deadline import TimeIsUp, grace, in_one_chunk, limited, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value
@@ -108,13 +108,23 @@ class Result(Shown):
     guesses: Mapping[str, float]
     wanted: tuple[str, ...]
     undetermined: tuple[str, ...]
-    diagnoses: tuple[Diagnosis, ...]
+    explain: Callable[[], tuple[Diagnosis, ...]] = field(repr=False, compare=False)
     path: Path
     partial: Mapping[str, Value] = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
     attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
     gaps: tuple[Diagnosis, ...] = field(default=(), repr=False)
     near: Near | None = field(default=None, repr=False, compare=False)
+
+    @cached_property
+    def diagnoses(self) -> tuple[Diagnosis, ...]:
+        """The messages about the result, for which remedies are tried: made when they are asked
+        for, or within the limit in time where there is one."""
+        return self.explain()
+
+    def __getstate__(self) -> dict[str, object]:
+        own: dict[str, object] = {name: self.__dict__[name] for name in self.__match_args__}
+        return {**own, "explain": partial(tuple, self.diagnoses)}
 
     def __getitem__(self, name: str) -> Value | None:
         """Value of the primary answer (or of the determined part); None if it has none.
@@ -259,19 +269,26 @@ def solve(
             found = explore_required(asked, always=prove)
             verdict, found, by = conclude(asked, found, prove=prove, limits=limits or model.limits)
             result = _result(asked, by, verdict, found, prove)
-            if result.status is not Status.SOLVED or result.complete:
-                return result
-            from solver.solution.explain import gap_note
-
-            first = sorted(found.gaps, key=lambda gap: not gap.cut)
-            gaps = tuple(gap_note(model, gap) for gap in first)
-            cut = tuple(note for note in gaps if note.code == CUT)
-            return replace(result, gaps=gaps, diagnoses=(*result.diagnoses, *cut))
+            if result.status is Status.SOLVED and not result.complete:
+                result = _with_gaps(result, found)
+            if limited():
+                _ = result.diagnoses
+            return result
     except TimeIsUp as up:
         nothing = CutOff(Exploration((), False, ()), given)
         return _cut_off(asked, up if isinstance(up, CutOff) else nothing)
     finally:
         gc.set_threshold(*usual)
+
+
+def _with_gaps(result: Result, found: Exploration) -> Result:
+    """The result with notes on what may be missing from its answers."""
+    from solver.solution.explain import gap_note
+
+    first = sorted(found.gaps, key=lambda gap: not gap.cut)
+    gaps = tuple(gap_note(result.model, gap) for gap in first)
+    cut = [note for note in gaps if note.code == CUT]
+    return replace(result, gaps=gaps, explain=lambda: (*result.diagnoses, *cut))
 
 
 def conclude(
@@ -349,7 +366,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
         undetermined=tuple(n for n in model.variables if n in asked_for and n not in known),
-        diagnoses=_explained(asked, verdict),
+        explain=partial(_explained, asked, verdict),
         path=_path(model, primary, inputs),
         partial=determined,
         origins={} if primary is None else primary.branch.origins,
@@ -367,6 +384,7 @@ def _near(
     return verdict.leaves[0].branch.values if verdict.status is Status.SOLVED else None
 
 
+@in_one_chunk
 def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
     """The messages about a result; none for an undisturbed answer."""
     branches = [leaf.branch for leaf in verdict.leaves]

@@ -22,7 +22,9 @@ UNGUARDED = ("linear", "polynomial", "trigonometric", "rational", "transcendenta
 
 
 def solve(sheet: RandomSheet, **given: Any) -> Any:
-    return solver.solve(rulesheets.loads(sheet.text), **given)
+    result = solver.solve(rulesheets.loads(sheet.text), **given)
+    assert result.diagnoses or result.status is solver.Status.SOLVED
+    return result
 
 
 def sheets(families: tuple[str, ...], seeds: int = SEEDS, rules: int | None = None) -> list[Any]:

@@ -58,7 +58,7 @@ def solved() -> Result:
         guesses={"c": 1.0},
         wanted=("a", "b", "c", "kind"),
         undetermined=(),
-        diagnoses=(),
+        explain=tuple,
         path=PATH,
     )
 
@@ -84,7 +84,7 @@ def unsolved() -> Result:
         guesses={"c": 1.0},
         wanted=("a", "b", "c", "kind"),
         undetermined=("b", "c"),
-        diagnoses=(diagnosis,),
+        explain=lambda: (diagnosis,),
         path=Path((), ("b", "c", "f.angle")),
         partial=inputs,
     )
