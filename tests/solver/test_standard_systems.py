@@ -57,6 +57,7 @@ def model(number: int) -> Model:
     return rulesheets.loads(PROBLEMS[number - 1].sheet)
 
 
+@cache
 def solved(problem: Problem, factor: float) -> Result:
     return solver.solve(model(problem.number), guesses=problem.guesses(factor))
 

@@ -4,6 +4,7 @@ say."""
 from __future__ import annotations
 
 import random
+from functools import cache
 
 import numpy as np
 import pytest
@@ -159,6 +160,21 @@ SWEEPS = {
 }
 
 
+@cache
+def asked(name: str) -> tuple[rulesheets.Model, list[str], list[str], dict[str, None]]:
+    source, columns = SWEEPS[name]
+    if source.startswith("variables"):
+        return rulesheets.loads(source), ["s", "k"][: len(columns)], ["x", "y"], {}
+    return rulesheets.load(source), ["xB"], ["thetaAO", "vB", "aB"], {"thetaAO": None}
+
+
+@cache
+def solved(name: str, row: int) -> solver.Result:
+    model, inputs, want, given = asked(name)
+    numbers = (float(column[row]) for column in SWEEPS[name][1])
+    return solver.solve(model, given | dict(zip(inputs, numbers, strict=True)), want)
+
+
 @pytest.mark.parametrize("jit", [False, True])
 @pytest.mark.parametrize("name", SWEEPS)
 def test_long_sweeps_count_and_show_what_solves_find(
@@ -174,13 +190,7 @@ def test_long_sweeps_count_and_show_what_solves_find(
     monkeypatch.setattr(
         Steady, "__call__", lambda *a: by_ranges.append(filled(*a)) or by_ranges[-1]
     )
-    source, columns = SWEEPS[name]
-    if source.startswith("variables"):
-        plan = solver.prepare(rulesheets.loads(source), ["s", "k"][: len(columns)], ["x", "y"])
-    else:
-        plan = solver.prepare(
-            rulesheets.load(source), ["xB"], ["thetaAO", "vB", "aB"], {"thetaAO": None}
-        )
+    plan, columns = solver.prepare(*asked(name)), SWEEPS[name][1]
     plan(*(float(column[700]) for column in columns))
     table = plan.sweep(*columns, jit=jit)
     if "end of the stroke" not in name:
@@ -190,13 +200,7 @@ def test_long_sweeps_count_and_show_what_solves_find(
     count, rng = len(columns[0]), np.random.default_rng(8)
     rows = {0, 1, count - 1, *near, *rng.integers(0, count, 6), *range(513, count, 4096)}
     for row in sorted(int(row) for row in rows if row < count):
-        given = {
-            **plan.given,
-            **{n: float(c[row]) for n, c in zip(plan.inputs, columns, strict=True)},
-        }
-        alone = solver.solve(
-            plan.model, given | {"thetaAO": None} if plan.given else given, list(plan.want)
-        )
+        alone = solved(name, row)
         assert WORDS[table.status[row]] == str(alone.status)
         assert table.answers[row] == len(alone.solutions)
         shown = [float(table[n][row]) for n in plan.want]
