@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.checks import MAX_EQUATIONS, TOO_MANY, check, check_figures, head_of
+from rulesheets.checks import check, check_figures, head_of
 from rulesheets.diagnosis import (
     MAX_NAMED,
     Diagnosis,
@@ -19,7 +19,6 @@ from rulesheets.diagnosis import (
     error,
     error_at,
     labels,
-    refusal,
     refuse,
     side_by_side,
 )
@@ -365,8 +364,6 @@ class Expansion:
         for rule in rules_of(owner):
             place = rule.span or rule.body.span or _NOWHERE
             self._expand(rule.body, Context(scope, guard, place))
-            if len(self.equations) + len(self.requirements) > MAX_EQUATIONS:
-                raise refusal("E216", TOO_MANY, place, "nest fewer calls", label="one of them")
             called, self._called = self._called, []
             for call in called:
                 self._body(*call)

@@ -80,8 +80,8 @@ class Scope:
     ``declared`` are the names in the variables section or in the head of the function, ``places``
     those in the rules, each with the first part that contains it, and ``names`` both.
 
-    ``calls`` are those with results (``call f(a; x)``, ``x = f(a)``), then those in expressions,
-    each with its rule function, if it calls one.
+    ``size`` is the number of its rules. ``calls`` are those with results (``call f(a; x)``, ``x =
+    f(a)``), then those in expressions, each with its rule function, if it calls one.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class Scope:
             self.title = function.name
             self.declared = (*function.arguments, *function.results, *function.parameters)
         every = [body for rule in rules_of(function or program.sheet) for body in bodies(rule.body)]
-        kept: dict[object, nodes.RuleBody] = {}
+        self.size, kept = len(every), dict[object, nodes.RuleBody]()
         for body in every:
             like = body.like if isinstance(body, nodes.Equality) and not each else None
             kept.setdefault(id(body) if like is None else like.form, body)
@@ -230,8 +230,7 @@ def check_builtin(
 
 # --- size -----------------------------------------------------------------------
 
-MAX_DEPTH, MAX_EQUATIONS = 100, 200_000
-TOO_MANY = f"the model has more than {MAX_EQUATIONS:,} equations"
+MAX_DEPTH, MAX_RULES = 100, 200_000
 
 
 def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
@@ -259,13 +258,12 @@ def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
     for name in inner_first:
         scope = scopes[name]
         called = [function.name.lower() for _, function in scope.calls if function is not None]
-        own = sum(isinstance(part, nodes.Equality) for part in scope.parts)
         depths[name] = max((1 + depths[one] for one in called), default=0)
-        sizes[name] = own + sum(sizes[one] for one in called)
-    reason = TOO_MANY
+        sizes[name] = scope.size + sum(sizes[one] for one in called)
+    reason = f"with calls expanded the model has more than {MAX_RULES:,} rules"
     if (depth := depths[""]) > MAX_DEPTH:
         reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
-    elif sizes[""] <= MAX_EQUATIONS or not calls[""]:
+    elif sizes[""] <= MAX_RULES or not calls[""]:
         return
     place = next(iter(calls[""].values()))
     yield error_at("E216", reason, place, "nest fewer calls", label="called here")

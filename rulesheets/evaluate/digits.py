@@ -129,16 +129,16 @@ class Digits(Arithmetic[Extended]):
     """Numbers of mpmath."""
 
     def __init__(self, values: ExtendedValues, digits: int) -> None:
-        self.values, self.digits = values, digits
+        self.values, self.digits, self.mpf = values, digits, context(digits).mpf
 
     def number(self, node: Number) -> Extended:
-        return context(self.digits).mpf(node.value)
+        return self.mpf(node.value)
 
     def name(self, node: Name) -> Extended:
         number = self.values[node.name]
         if isinstance(number, str):
             raise Undefined("symbol", (), node)
-        return context(self.digits).mpf(number)
+        return self.mpf(number)
 
     def divided(self, node: Quotient, above: Extended, below: Extended) -> Extended:
         if below == 0:
@@ -156,7 +156,7 @@ class Digits(Arithmetic[Extended]):
             return base**exponent
         # a large exponent multiplies the rounding of the logarithm
         mp = context(self.digits + size // 3)
-        return +context(self.digits).mpf(mp.mpf(base) ** mp.mpf(exponent))
+        return +self.mpf(mp.mpf(base) ** mp.mpf(exponent))
 
     def applied(self, node: Call, arguments: list[Extended]) -> Extended:
         for argument in arguments:

@@ -35,18 +35,11 @@ class Inexact(Exception):
     """The value is not a rational number, or not known exactly."""
 
 
-def exactly(
-    expression: Expression, numbers: Mapping[str, Fraction], pi: Fraction | None = None
-) -> Fraction:
-    """The exact value; floats in the expression are exact binary numbers, ``pi`` stands for π.
+class Rationals(Arithmetic[Fraction]):
+    """Rational numbers, floats being exact binary ones; ``pi`` stands for π.
 
     Raises Inexact if an operation leaves the rational numbers, and without a number.
     """
-    return Rationals(numbers, pi).of(expression)
-
-
-class Rationals(Arithmetic[Fraction]):
-    """Rational numbers; ``pi`` stands for π."""
 
     def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction | None) -> None:
         self.numbers, self.pi = numbers, pi
@@ -219,7 +212,7 @@ def with_round_values(expression: Any) -> Any:
     if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
         try:
             # q where the angle is written as q·π: the same share of either stand-in for π
-            shares = {exactly(expression.arguments[0], {}, pi) / pi for pi in _STAND_INS}
+            shares = {Rationals({}, pi).of(expression.arguments[0]) / pi for pi in _STAND_INS}
             if len(shares) == 1:
                 number = known(f"{expression.function}d", 180 * shares.pop())
                 return Number(float(number), expression.span)

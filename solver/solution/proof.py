@@ -34,7 +34,7 @@ from rulesheets.evaluate.balls import (
     precision,
     preconditioned,
 )
-from rulesheets.evaluate.exact import Inexact, exactly
+from rulesheets.evaluate.exact import Inexact, Rationals
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, walk
@@ -290,7 +290,7 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
     coefficients. As π is transcendental, it is 0 if and only if it is 0 for more numbers in place
     of π than its degree.
     """
-    if any(exactly(form, numbers) for form in square.forms):
+    if any(map(Rationals(numbers, None).of, square.forms)):
         return False
     calls, unknown = jumps((*square.forms, *square.partials), square.unknowns), set(square.unknowns)
     balls = {n: around(exact_ball(v), SPECK if n in unknown else 0.0) for n, v in numbers.items()}
@@ -303,7 +303,7 @@ def _singular_root(square: Square, numbers: Mapping[str, Fraction]) -> bool:
         raise Inexact("a power of π in a rule is of a degree that is not counted")
     degree = sum(part == Call("pi", ()) for partial in square.partials for part in walk(partial))
     for pi in map(Fraction, range(1, degree + 2)):
-        rows = square.rows([exactly(partial, numbers, pi) for partial in square.partials])
+        rows = square.rows([*map(Rationals(numbers, pi).of, square.partials)])
         if eliminate(rows, [Fraction(0)] * len(rows)) is not None:
             return False
     return True

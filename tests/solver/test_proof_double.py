@@ -12,7 +12,7 @@ pytest.importorskip("flint")
 
 import rulesheets
 import solver
-from rulesheets.evaluate.exact import Inexact, exactly
+from rulesheets.evaluate.exact import Inexact, Rationals
 from solver.__main__ import main
 
 MODELS = Path(__file__).parent.parent.parent / "models"
@@ -88,12 +88,11 @@ def test_the_command_tells_of_a_double_root(
 
 def test_exact_values() -> None:
     equation = rulesheets.loads("y = sind(90)*x^-2/6 - sqrt(x/4) + abs(-x)*cosd(180)").equations[0]
-    assert exactly(equation.right, {"x": Fraction(9, 25)}) == Fraction(625, 486) - Fraction(
-        3, 10
-    ) - Fraction(9, 25)
+    exact = Rationals({"x": Fraction(9, 25)}, None).of(equation.right)
+    assert exact == Fraction(625, 486) - Fraction(3, 10) - Fraction(9, 25)
     for text in ("y = sqrt(2)", "y = sind(20)", "y = 1/(x - x)", "y = x^0.5", "y = x + z"):
         with pytest.raises(Inexact):
-            exactly(rulesheets.loads(text).equations[0].right, {"x": Fraction(2)})
+            Rationals({"x": Fraction(2)}, None).of(rulesheets.loads(text).equations[0].right)
 
 
 def test_an_angle_at_a_double_root_is_turned_like_others() -> None:
