@@ -18,7 +18,7 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
-from rulesheets.model import Value
+from rulesheets.model import Equation, Value
 from solver.accuracy.alike import accepted, evaluated, multiplied_out, sizes_of
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
@@ -136,6 +136,7 @@ class BlockProblem:
         self.symbolic = any(isinstance(values[name], str) for name in kernel.known)
         self.known = [v for name in kernel.known if isinstance(v := values[name], float)]
         self.residual = kernel.residual(self.known)
+        self._refusing: Equation | None = None
 
     @cached_property
     def jacobian(self) -> Callable[[Sequence[float]], list[Sequence[float]]]:
@@ -169,7 +170,11 @@ class BlockProblem:
         left: Sequence[Any] = self.kernel.equations
         if len(left) > MANY:  # of many, those that do not clearly hold are checked one by one
             _, left = accepted(self.graph.model, left, everything)
-        return all(check_rule(equation, everything).holds for equation in left)
+        # the rule that refused the last point mostly refuses the next
+        ordered = sorted(left, key=lambda equation: equation is not self._refusing)
+        refusing = next((e for e in ordered if not check_rule(e, everything).holds), None)
+        self._refusing = refusing or self._refusing
+        return refusing is None
 
     def outside(self, point: Mapping[str, float]) -> str | None:
         """The first unknown that leaves its declared range."""
