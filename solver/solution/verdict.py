@@ -530,11 +530,10 @@ def _same_leaf(model: Model, leaf: Leaf, other: Leaf, varying: Sequence[str]) ->
     one, two = leaf.branch.values, other.branch.values
     if one.keys() != two.keys():
         return False
-    near, nearly = (
-        are_alike(map(one.get, varying), map(two.get, varying), tolerance)
-        for tolerance in (NEIGHBOURS, SAME_ANSWER)
-    )
-    if near or not nearly or (leaf.branch.precise and other.branch.precise):
+    if not are_alike(map(one.get, varying), map(two.get, varying), SAME_ANSWER):
+        return False
+    near = are_alike(map(one.get, varying), map(two.get, varying), NEIGHBOURS)
+    if near or (leaf.branch.precise and other.branch.precise):
         return near
     errors, others = leaf_errors(model, leaf).error, leaf_errors(model, other).error
     return not any(

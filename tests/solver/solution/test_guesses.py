@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,6 +16,11 @@ DRIVEN = {"vP": -9.4392776642657, "phi": None}
 """Two directions of the guide have this speed; with one of them, three numbers are 0."""
 
 
+@cache
+def unguessed() -> solver.Result:
+    return solver.solve(PISTON, DRIVEN)
+
+
 @settings(max_examples=20, deadline=None)
 @given(
     st.sampled_from(["yP", "yp", "yp1", "phi", "sP", "omegaBP"]),
@@ -23,7 +30,7 @@ DRIVEN = {"vP": -9.4392776642657, "phi": None}
 def test_a_guess_of_any_size_leaves_the_answers_as_they_are(
     name: str, power: float, sign: float
 ) -> None:
-    alone = solver.solve(PISTON, DRIVEN)
+    alone = unguessed()
     assert alone.complete and len(alone.solutions) == 2
     guessed = solver.solve(PISTON, DRIVEN, guesses={name: sign * 10.0**power})
     assert guessed.complete
@@ -35,7 +42,7 @@ def test_a_guess_of_any_size_leaves_the_answers_as_they_are(
 @pytest.mark.parametrize("answer", [0, 1])
 def test_the_numbers_of_an_answer_lead_back_to_it(answer: int) -> None:
     """What rounding leaves of a 0 is a guess like any other."""
-    found = solver.solve(PISTON, DRIVEN).solutions[answer]
+    found = unguessed().solutions[answer]
     numbers = {n: v for n, v in found.items() if isinstance(v, float) and n not in ("vP", "OB")}
     again = solver.solve(PISTON, DRIVEN, guesses=numbers)
     assert len(again.solutions) == 2

@@ -88,7 +88,8 @@ def test_what_is_no_number_is_told_as_ever() -> None:
         plan(math.inf)
 
 
-SWAPPED = [question for sheet in sheets() for question in sheet.questions() if question.changes]
+EVERY = [question for sheet in sheets() for question in sheet.questions()]
+SWAPPED = [question for question in EVERY if question.label != "forward"]
 
 
 @pytest.mark.parametrize("question", SWAPPED[::50], ids=lambda question: question.id)
