@@ -98,7 +98,7 @@ class Enclosure:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
         self._at, self._points = tuple[float, ...](), dict[float, Independent]()
-        self._zeros = dict[float, ExactZero]()
+        self._zeros = dict[float, ExactZero | None]()
 
     @cached_property
     def _slope(self) -> Chain:
@@ -159,8 +159,10 @@ class Enclosure:
         first derivatives, nowhere else in it."""
         self._renew(known)
         if at not in self._zeros:
-            self._zeros[at] = ExactZero(self._last_zero(at, known))
-        return self._zeros[at].is_alone(box, known)
+            last = self._last_zero(at, known)
+            self._zeros[at] = None if last is None else ExactZero(last)
+        zero = self._zeros[at]
+        return zero is not None and zero.is_alone(box, known)
 
     def _last_zero(self, at: float, known: Sequence[float]) -> Enclosure | None:
         """The numerator or the first of its derivatives that is exactly 0 at a point where its own
@@ -286,26 +288,24 @@ class Enclosure:
 
 
 class ExactZero:
-    """A point where a residual is exactly 0, as ``last`` is, the derivative of which is not."""
+    """A point where a residual is exactly 0, as ``last`` is, the derivative of which is not.
 
-    def __init__(self, last: Enclosure | None) -> None:
-        self._last, self._alone, self._unknown = last, list[Interval](), list[Interval]()
+    ``told`` are boxes around it, each with whether the slope of ``last`` has one sign there: then
+    it has in every part of the box, and otherwise in no larger one.
+    """
+
+    def __init__(self, last: Enclosure) -> None:
+        self.last, self.told = last, list[tuple[Interval, bool]]()
 
     def is_alone(self, box: Interval, known: Sequence[float]) -> bool:
-        """Whether the slope of ``last`` has one sign in a box around the point. It has in every
-        part of a box in which it has, and a box is not looked into if a part of it has not."""
-        if self._last is None or any(_covers(box, other) for other in self._unknown):
-            return False
-        if not any(_covers(other, box) for other in self._alone):
-            ((least, most),) = self._last.slopes_over([box], known)
-            alone = -inf < least <= most < inf and (least > 0.0 or most < 0.0)
-            (self._alone if alone else self._unknown).append(box)
-            return alone
-        return True
-
-
-def _covers(box: Interval, other: Interval) -> bool:
-    return box[0] <= other[0] and other[1] <= box[1]
+        for other, alone in self.told:
+            whole, part = (other, box) if alone else (box, other)
+            if whole[0] <= part[0] and part[1] <= whole[1]:
+                return alone
+        ((least, most),) = self.last.slopes_over([box], known)
+        alone = -inf < least <= most < inf and (least > 0.0 or most < 0.0)
+        self.told.append((box, alone))
+        return alone
 
 
 def _followed(
