@@ -256,15 +256,14 @@ def check_nesting(scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
         return
     depths, sizes = dict[str, int](), dict[str, int]()
     for name in inner_first:
-        scope = scopes[name]
-        called = [function.name.lower() for _, function in scope.calls if function is not None]
+        called = [one.name.lower() for _, one in scopes[name].calls if one is not None]
         depths[name] = max((1 + depths[one] for one in called), default=0)
-        sizes[name] = scope.size + sum(sizes[one] for one in called)
-    reason = f"with calls expanded the model has more than {MAX_RULES:,} rules"
-    if (depth := depths[""]) > MAX_DEPTH:
-        reason = f"calls nest {depth} deep; {MAX_DEPTH} is the limit"
-    elif sizes[""] <= MAX_RULES or not calls[""]:
-        return
+        sizes[name] = scopes[name].size + sum(sizes[one] for one in called)
+    reason = f"calls nest {depths['']} deep; {MAX_DEPTH} is the limit"
+    if depths[""] <= MAX_DEPTH:
+        if sizes[""] <= MAX_RULES or not calls[""]:
+            return
+        reason = f"with calls expanded the model has more than {MAX_RULES:,} rules"
     place = next(iter(calls[""].values()))
     yield error_at("E216", reason, place, "nest fewer calls", label="called here")
 

@@ -7,7 +7,6 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from decimal import Context, Decimal
-from functools import partial
 from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
@@ -220,8 +219,8 @@ def with_warnings(result: Result, most: int = MOST_WARNINGS) -> Result:
         last = warnings[most - 1]
         rest = f"{len(warnings) - most} more such warnings: see backsolve check"
         warnings = (*warnings[: most - 1], last._replace(notes=(*last.notes, rest)))
-    every = partial(tuple, (*result.diagnoses, *warnings))
-    return replace(result, explain=every) if warnings else result
+    every = (*result.diagnoses, *warnings)
+    return replace(result, explain=lambda: every) if warnings else result
 
 
 def diagnosis_json(diagnosis: Diagnosis) -> Json:
