@@ -428,3 +428,20 @@ def test_independent_rules_are_chosen_whatever_their_numbers(scale: float) -> No
     for known, asked, expected in (({"m": m}, "K", K), ({"K": K}, "m", m)):
         found = solver.solve(rulesheets.loads(rules), {"own": own, **known})
         assert found[asked] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("speed", [1e-6, 1.0, 30.0, 299.79, 3e8])
+def test_independent_rules_are_chosen_where_most_numbers_have_no_root(speed: float) -> None:
+    """The lengths of a wave in a guide, which passes only some frequencies, by two formulas."""
+    rules = f"""fc = {speed}/(2*a)
+    lam = {speed}/f
+    lg = lam/sqrt(1 - (fc/f)^2)
+    1/lam^2 = 1/lg^2 + 1/lc^2
+    lc = 2*a
+    vp = {speed}*lg/lam"""
+    a, f = 2.0, 1.7 * speed / 4
+    vp = speed / math.sqrt(1 - (speed / (2 * a * f)) ** 2)
+    for known, asked, expected in (({"a": a}, "f", f), ({"f": f}, "a", a)):
+        found = solver.solve(rulesheets.loads(rules), {"vp": vp, **known})
+        assert str(found.status) == "solved" and found.complete
+        assert found[asked] == pytest.approx(expected)
