@@ -44,7 +44,9 @@ SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
 BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
 BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
-"""Slopes of the power ``0^1``."""
+BY_SIZE = Product(Power(Name("0"), Name("1")), Call("ln", (Call("abs", (Name("0"),)),)))
+"""Slopes of the power ``0^1``; the last also has a value for a negative base, by a whole exponent:
+how its size depends on that."""
 
 
 @dataclass(slots=True)
@@ -66,10 +68,12 @@ class Part(Generic[T]):
 class Traced(Arithmetic[Part[T]]):
     """The parts of an expression over another arithmetic.
 
-    ``rounds``: its numbers are rounded by so much that it counts.
+    ``rounds``: its numbers are rounded by so much that it counts. ``by_exponent``: the slope of a
+    power.
     """
 
     rounds = True
+    by_exponent: Expression = BY_EXPONENT
 
     def __init__(self, numbers: Arithmetic[T]) -> None:
         self.numbers = numbers
@@ -136,7 +140,7 @@ class Traced(Arithmetic[Part[T]]):
         if not base.exact:
             slopes.append((self.by_base(base, exponent, node), base))
         if not exponent.exact:
-            slopes.append((self.slope(BY_EXPONENT, parts, node), exponent))
+            slopes.append((self.slope(self.by_exponent, parts, node), exponent))
         rounded = self.rounded(node, result, parts)
         return Part(result, "", tuple(slopes), rounded, not (slopes or self.rounds))
 
@@ -189,18 +193,26 @@ def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str
     A derivative that does not exist at the point, or is unknown there (``sqrt`` at 0), is nan.
     Raises as ``value`` does.
     """
-    return rounded_derivatives(expression, values)[:2]
+    return _derivatives(TracedFloats(Floats(values)), expression)[:2]
 
 
 def rounded_derivatives(
     expression: Expression, values: Values
 ) -> tuple[float, dict[str, float], float]:
-    """As ``derivatives``, and a bound of the rounding error of the value, to first order.
+    """As ``derivatives``, with BY_SIZE, and a bound of the rounding error of the value, to first
+    order.
 
     That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review
     16 (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
     """
     traced = TracedFloats(Floats(values))
+    traced.by_exponent = BY_SIZE
+    return _derivatives(traced, expression)
+
+
+def _derivatives(
+    traced: TracedFloats, expression: Expression
+) -> tuple[float, dict[str, float], float]:
     part = traced.of(expression)
     if not math.isfinite(part.value):
         raise Undefined("overflow", (part.value,), expression)
