@@ -19,9 +19,10 @@ from typing import Any, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exact import as_written
-from rulesheets.syntax.nodes import Expression
+from rulesheets.model import Value
+from rulesheets.syntax.nodes import Expression, terms
 from solver.kernel.candidates import Candidates
-from solver.kernel.problem import BlockProblem
+from solver.kernel.problem import BlockProblem, InputErrors
 from solver.kernel.quotients import (
     NOT_RATIONAL,
     Coefficients,
@@ -34,7 +35,16 @@ from solver.kernel.quotients import (
 from solver.kernel.root_check import is_clearly_violated
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.one_unknown import real_roots, simple_part
-from solver.numerics.tolerances import BACKWARD, POLISHED, SAME_VALUE, SMALL, TOUCHING
+from solver.numerics.tolerances import (
+    BACKWARD,
+    BESIDE_HOLE,
+    POLISHED,
+    ROUGHLY,
+    SAFETY,
+    SAME_VALUE,
+    SMALL,
+    TOUCHING,
+)
 from solver.path.polynomial import Polynomial
 
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
@@ -51,9 +61,12 @@ def _cancels(terms: Sequence[Fraction], share: Fraction) -> bool:
     return abs(sum(terms, Fraction(0))) <= share * sum(map(abs, terms), Fraction(0))
 
 
-def _eliminants(problem: BlockProblem, forms: Forms, *how: Any) -> list[Eliminant]:
+def _eliminants(
+    problem: BlockProblem, forms: Forms, *how: Any, moved: Mapping[str, float] | None = None
+) -> list[Eliminant]:
     (tear,), (number,) = problem.kernel.block.tears, problem.kernel.block.residuals
-    return eliminants(problem.graph.model.equations[number], tear, forms, _known(problem), *how)
+    known = {**_known(problem), **(moved or {})}
+    return eliminants(problem.graph.model.equations[number], tear, forms, known, *how)
 
 
 def _known(problem: BlockProblem) -> dict[str, float]:
@@ -70,12 +83,48 @@ def _simple(problem: BlockProblem, forms: Forms, exact: Exact) -> tuple[Coeffici
     if there is none. By the decimals as written if a coefficient is no more than the rounding of
     its terms: the last digit of 0.2 must not lead to a root of 1e20."""
     match _eliminants(problem, forms, exact):
-        case [Eliminant(polynomial, clear=True)]:
+        case [Eliminant(polynomial, clear=True) as one] if _excludes_holes(problem, forms, one):
             simple = simple_part(polynomial)
             return simple, len(simple) < len(polynomial)
         case [Eliminant(clear=False)] if exact is not as_written:
             return _simple(problem, forms, as_written)
     return [], False
+
+
+def _excludes_holes(problem: BlockProblem, forms: Forms, one: Eliminant) -> bool:
+    """Whether there is no answer at any point at which a form is 0/0: its unknown is free there,
+    unless a rule as written divides by 0."""
+    holes = [real_roots(simple_part(factor)) for factor in one.indeterminate]
+    return None not in holes and not any(
+        _is_within(one.positive, x) and _may_hold(problem, forms, factor, x)
+        for factor, some in zip(one.indeterminate, holes, strict=True)
+        for x in some or ()
+    )
+
+
+def _may_hold(problem: BlockProblem, forms: Forms, factor: Coefficients, hole: float) -> bool:
+    """Whether the residual may be 0 at a root of a factor, for some values of free unknowns."""
+    if sum(_terms(factor, hole)):
+        return True  # it is known to rounding only
+    (tear,), (number,) = problem.kernel.block.tears, problem.kernel.block.residuals
+    there = Quotients((), {**_known(problem), tear: hole})
+    there.follow(forms, free=True)
+    try:
+        if not all(there.of(divisor).top for divisor in problem.kernel.divisors):
+            return _holds_beside(problem, forms, hole)
+        rule = problem.graph.model.equations[number]
+        miss = there.of(rule.left - rule.right)
+    except NOT_RATIONAL:
+        return True
+    return bool(miss.top.generators) or _cancels([*miss.top.values()], TOUCHING)
+
+
+def _holds_beside(problem: BlockProblem, forms: Forms, hole: float) -> bool:
+    """Whether rules nearly hold on a side of a point at which one has no value."""
+    (tear,), reach = problem.kernel.block.tears, BESIDE_HOLE * (abs(hole) or 1.0)
+    beside = (_point_at(problem, forms, {tear: at}) for at in (hole - reach, hole + reach))
+    nearly = Candidates(problem).nearly
+    return any(point is not None and nearly(point, ROUGHLY) for point in beside)
 
 
 def _has_neighbours(simple: Coefficients, roots: Sequence[float]) -> bool:
@@ -85,15 +134,18 @@ def _has_neighbours(simple: Coefficients, roots: Sequence[float]) -> bool:
     return any(_cancels(_terms(slope, x), FLAT) for x in roots)
 
 
-def solve_polynomials(problem: BlockProblem, candidates: Candidates) -> bool:
+def solve_polynomials(problem: BlockProblem, candidates: Candidates, off: InputErrors) -> bool:
     """Find the answers; False if the block leads to no such polynomials, or rounding leaves an
-    answer in doubt."""
+    answer in doubt. ``off``: the errors of the known numbers."""
     forms = _explicit_forms(problem)
-    by = _solve_one if len(problem.kernel.block.tears) == 1 else _solve_two
-    return forms is not None and by(problem, candidates, forms)
+    if forms is None or len(problem.kernel.block.tears) > 1:
+        return forms is not None and _solve_two(problem, candidates, forms)
+    return _solve_one(problem, candidates, forms, off)
 
 
-def _solve_one(problem: BlockProblem, candidates: Candidates, forms: Forms) -> bool:
+def _solve_one(
+    problem: BlockProblem, candidates: Candidates, forms: Forms, off: InputErrors
+) -> bool:
     """Multiple roots are those of the exact numbers; or of the decimals as written: (x - 1.6)^3
     expanded has a triple root, which rounding splits."""
     (tear,) = problem.kernel.block.tears
@@ -110,6 +162,8 @@ def _solve_one(problem: BlockProblem, candidates: Candidates, forms: Forms) -> b
         return False
     trial = Candidates(problem)
     for root in roots:
+        if _is_rounded_pole(problem, forms, root, off):
+            continue
         point = _point_at(problem, forms, {tear: root})
         if point is None:
             return False
@@ -158,7 +212,44 @@ def _point_at(
     return {name: point[name] for name in problem.unknowns}
 
 
-def counted(problem: BlockProblem, candidates: Candidates) -> bool:
+def _is_rounded_pole(problem: BlockProblem, forms: Forms, root: float, off: InputErrors) -> bool:
+    """Whether a rule divides by 0 at a root, which only the last places of known numbers move off
+    there, and rules hold on neither side."""
+    (tear,) = problem.kernel.block.tears
+    point = _point_at(problem, forms, {tear: root})
+    values = {**problem.here, **(point or {})}
+    divisors = problem.kernel.divisors if point is not None else ()
+    if point is not None and not any(_is_nothing(divisor, values) for divisor in divisors):
+        return False
+    if _holds_beside(problem, forms, root):
+        return False
+    known, errors = _known(problem), off()
+    found = _eliminants(problem, forms, Fraction, MAX_RADICALS)
+    shares = [_share(one.polynomial, root) for one in found]
+    moves = [Fraction(0)] * len(found)
+    for name in known.keys() & errors.keys():
+        moved = {name: known[name] + errors[name]}
+        others = _eliminants(problem, forms, Fraction, MAX_RADICALS, moved=moved)
+        if len(others) != len(found):
+            return False
+        for place, one in enumerate(others):
+            moves[place] += abs(_share(one.polynomial, root) - shares[place])
+    return all(abs(share) <= SAFETY * move for share, move in zip(shares, moves, strict=True))
+
+
+def _is_nothing(divisor: Expression, values: Mapping[str, Value]) -> bool:
+    """Whether a divisor is 0, but for the rounding of its terms."""
+    sizes = (abs(value(term, values)) for term in terms(divisor))
+    return abs(value(divisor, values)) <= BACKWARD * sum(sizes)
+
+
+def _share(polynomial: Coefficients, root: float) -> Fraction:
+    """The value of a polynomial at a point, as a share of its terms."""
+    some = _terms(polynomial, root)
+    return sum(some, Fraction(0)) / (sum(map(abs, some)) or 1)
+
+
+def counted(problem: BlockProblem, candidates: Candidates, off: InputErrors) -> bool:
     """Whether the answers are known to be all; a missing one is added to them.
 
     Only for algebraic blocks, whose eliminant has no root that rounding might have split or hidden.
@@ -173,13 +264,10 @@ def counted(problem: BlockProblem, candidates: Candidates) -> bool:
     domain = problem.domain(block.tears[0])
     for one in found:
         roots = _clear_roots(simple_part(one.polynomial), *domain)
-        holes = [real_roots(simple_part(factor)) for factor in one.indeterminate]
-        if roots is None or None in holes:
+        if roots is None or not _excludes_holes(problem, forms, one):
             return False
-        if any(_is_within(one.positive, x) for some in holes for x in some or ()):
-            return False  # where a form is 0/0 its unknown is free
         within = (root for root in roots if _is_within(one.positive, root))
-        if not all(_is_accounted_for(problem, candidates, forms, root) for root in within):
+        if not all(_is_accounted_for(problem, candidates, forms, root, off) for root in within):
             return False
     return True
 
@@ -191,7 +279,7 @@ def _is_within(positive: Sequence[Coefficients], root: float) -> bool:
 
 
 def _is_accounted_for(
-    problem: BlockProblem, candidates: Candidates, forms: Forms, root: float
+    problem: BlockProblem, candidates: Candidates, forms: Forms, root: float, off: InputErrors
 ) -> bool:
     """Whether a root is one of the answers, or becomes one, or clearly is none."""
     block = problem.kernel.block
@@ -219,7 +307,7 @@ def _is_accounted_for(
     for point in points:
         if point is not None:
             candidates.refine(list(point.values()))
-    return is_listed()
+    return is_listed() or _is_rounded_pole(problem, forms, root, off)
 
 
 # --- two polynomials in two tears ---

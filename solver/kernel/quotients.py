@@ -126,10 +126,16 @@ class Quotients(Arithmetic[Ratio]):
         self.common, self.sure = list[Polynomial](), dict[str, list[list[Fraction]]]()
         self.chosen, self.radicals = list[tuple[Ratio, int]](), list[tuple[Ratio, int, str]]()
 
-    def follow(self, forms: Iterable[tuple[str, Expression]]) -> None:
-        """Add explicit forms of further unknowns by those before them."""
+    def follow(self, forms: Iterable[tuple[str, Expression]], free: bool = False) -> None:
+        """Add explicit forms of further unknowns by those before them; unknowns without one are
+        left free if ``free``."""
         for name, form in forms:
-            self.values[name] = self.of(form)
+            try:
+                self.values[name] = self.of(form)
+            except NOT_RATIONAL:
+                if not free:
+                    raise
+                self.values[name] = plain(generator(name))
 
     def bare(self, found: Polynomial) -> Polynomial:
         """A polynomial without radicals, whose roots include those of ``found``."""
@@ -257,8 +263,8 @@ def _bounded(found: Ratio) -> Ratio:
 
 class Eliminant(NamedTuple):
     """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include
-    every solution at which the polynomials ``positive`` are not negative. ``clear``: nothing is
-    0/0, there are no radicals and signs, and rounding left no coefficient."""
+    every solution at which the polynomials ``positive`` are not negative. ``clear``: there are no
+    radicals and signs, and rounding left no coefficient."""
 
     polynomial: Coefficients
     indeterminate: tuple[Coefficients, ...]
@@ -310,5 +316,5 @@ def _eliminant(quotients: Quotients, equation: Equation, unknown: str) -> Elimin
         raise NoForm
     chosen = [part.times(part.divisors).top * Fraction(sign) for part, sign in quotients.chosen]
     within = tuple(dense(part) for part in chosen if part.generators == {unknown})
-    exact = not (quotients.common or quotients.radicals or quotients.chosen)
+    exact = not (quotients.radicals or quotients.chosen)
     return Eliminant(polynomial, indeterminate, within, exact and all(significant))

@@ -229,7 +229,7 @@ class _Methods:
             case Method.POLYNOMIAL:
                 from solver.kernel.polynomial_block import solve_polynomials
 
-                solved = solve_polynomials(problem, candidates)
+                solved = solve_polynomials(problem, candidates, self.off)
             case Method.FORMULA:
                 solved = kernel.closed is not None and solve_by_formula(
                     problem, candidates, kernel.closed
@@ -277,7 +277,9 @@ class _Methods:
             return freedom
         searches = [search for search in every if search.kernel.exhaustive]
         countable = method is Method.RANGE and not self.budget.brief
-        self.whole = _any_complete(searches) or (countable and counted(problem, candidates))
+        self.whole = _any_complete(searches) or (
+            countable and counted(problem, candidates, self.off)
+        )
         if not self.whole and method is Method.RANGE:
             few = (s for s in searches if 0 < len(s.stretches) <= MAX_STRETCHES and not s.doubts)
             # it failed to prove that it has all in a few short stretches alone

@@ -179,6 +179,56 @@ def test_quarter_turns_stand_anywhere_beside_the_angle(angle: str) -> None:
     assert any(solution["t"] == pytest.approx(20.0, abs=1e-9) for solution in result.solutions)
 
 
+@given(st.floats(5.0, 90.0), st.floats(5.0, 90.0))
+@settings(max_examples=30, deadline=None)
+def test_a_pole_that_rounding_has_made_is_no_root(one: float, other: float) -> None:
+    """The slope of a chord of a parabola is linear in each end, though rounding leaves 1e-13 of the
+    rise where both are one point."""
+    assume(abs(one - other) > 0.01)
+    sheet = "q1 = k1*v1\nv1 = a*(1 - k1/b)\nq2 = k2*v2\nv2 = a*(1 - k2/b)\nw = (q2 - q1)/(k2 - k1)"
+    slope = 97.0 * (1 - (one + other) / 119.0)
+    result = solved(sheet, a=97.0, b=119.0, k2=other, w=slope)
+    assert result.complete
+    assert [s["k1"] for s in result.solutions] == pytest.approx([one], rel=1e-9)
+
+
+@pytest.mark.parametrize("rate", [1.0, 2.5, 12.0])
+@pytest.mark.parametrize("asked", ["D", "Q"])
+def test_a_form_that_is_0_over_0_where_nothing_holds_hides_no_root(asked: str, rate: float) -> None:
+    """The mean term D of payments, and the sum of their squares Q, both by the price, which is 0
+    where a discount factor of 0 leaves D free."""
+    sheet = """P = c*(v + v^2 + v^3) + 100*v^n
+    D*P = c*(v + 2*v^2 + 3*v^3) + 100*n*v^n
+    Q = (c*(v + 4*v^2 + 9*v^3) + 100*n^2*v^n)/P
+    y = D*P/100"""
+    v, c, weights = 1 / (1 + rate / 100), 4.0, {"D": (1, 2, 3), "Q": (1, 4, 9)}[asked]
+    price = np.array([100 + c, c, c, 0.0])
+    top = np.array([weights[2] * (100 + c), weights[1] * c, weights[0] * c, 0.0])
+    if asked == "D":
+        y = np.polyval(top, v) / 100
+        roots = np.roots(top - np.array([0, 0, 0, 100 * y]))
+        result = solved(sheet, c=c, n=3.0, y=y)
+    else:
+        q = np.polyval(top, v) / np.polyval(price, v)
+        roots = np.roots((top - q * price)[:-1])
+        result = solved(sheet, c=c, n=3.0, Q=q)
+    real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9)
+    assert result.complete
+    assert sorted(s["v"] for s in result.solutions) == pytest.approx(real, rel=1e-9)
+
+
+@pytest.mark.parametrize("n", [2.0, 3.0, 5.0])
+def test_a_named_whole_exponent_of_a_negative_base(n: float) -> None:
+    """Its slope by the exponent has no value, and is not needed."""
+    at = -1.7
+    y = at * (at**n + at)
+    roots = np.roots([1.0, *([0.0] * int(n - 2)), 1.0, 0.0, -y])
+    real = sorted(float(root.real) for root in roots if abs(root.imag) < 1e-9)
+    result = solved("z = x^n + x\ny = x*z", n=n, y=y)
+    assert result.complete
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(real, rel=1e-9)
+
+
 def test_a_divisor_in_which_the_unknown_cancels() -> None:
     """rp + ra is 2a whatever rp is: the divisor is a number, its terms are not."""
     result = solved(
