@@ -422,6 +422,10 @@ def cleared(chain: Chain) -> Chain | None:
         if len(walk(above, below)) > LONGEST:
             return None
         if item.relational and not moving.isdisjoint(nodes.names(below)):
+            if is_number(above, 0.0):
+                dividend = Assignment(f"{item.name} dividend", above)
+                items.append(dividend)
+                above = Name(dividend.name)
             known = [factor for factor in factors(below) if factor in named]
             divisor = Assignment(f"{item.name} divisor", times(*without(factors(below), known)))
             moving.add(divisor.name)
