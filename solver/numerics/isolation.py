@@ -296,7 +296,8 @@ class _RootBoxes:
         return at is not None and at[0] <= 0.0 <= at[1]
 
     def _resolve(self, cluster: Cluster) -> None:
-        if self._is_empty(cluster) or (self._enclose_slope is not None and self._prove(cluster)):
+        known = self._enclose_slope is not None
+        if self._is_empty(cluster) or (known and (self._prove(cluster) or self._is_edge(cluster))):
             return
         whole = (cluster.low, cluster.high)
         self.unresolved.append(whole)
@@ -314,9 +315,7 @@ class _RootBoxes:
     def _is_empty(self, cluster: Cluster) -> bool:
         """Whether there is no root between any two neighbours of a cluster of few floats, of which
         one may be a pole or the end of the domain."""
-        floats = [cluster.low]
-        while floats[-1] < cluster.high and len(floats) <= FEW_FLOATS:
-            floats.append(nextafter(floats[-1], inf))
+        floats = _floats(cluster)
         few = 1 < len(floats) <= FEW_FLOATS
         ranges = self._ranges([*pairwise(floats)]) if few else [UNKNOWN]
         return all(f is None or f[0] > 0.0 or f[1] < 0.0 for f in ranges)
@@ -353,6 +352,22 @@ class _RootBoxes:
                     self.roots.append(edge)
                     return True
         return False
+
+    def _is_edge(self, cluster: Cluster) -> bool:
+        """Whether f is 0 at one of a few floats alone and, on each side of it, undefined or
+        monotone, though its slope may be infinite there, as that of x^0.3 at 0."""
+        floats = _floats(cluster)
+        zeros = [x for x in floats if value_at(self.value, x) == 0.0]
+        if len(floats) > FEW_FLOATS or len(zeros) != 1:
+            return False
+        (zero,) = zeros
+        for end in self._inflated(cluster, INFLATIONS[0]):
+            side, beyond = sorted((zero, end)), sorted((nextafter(zero, end), end))
+            ((least, most),) = self._slopes([(side[0], side[1])])
+            if not (least > 0.0 or most < 0.0) and self._ranges([(beyond[0], beyond[1])]) != [None]:
+                return False
+        self.roots.append(zero)
+        return True
 
     def _sign(self, x: float, edge: float, bounds: Interval) -> int:
         """The sign of f: by enclosure, 0 if that holds 0; at an end of the range as computed."""
@@ -409,6 +424,14 @@ class _RootBoxes:
             if not isnan(value_at(self.value, x)) and (x == points[-1] or self._may_vanish(x)):
                 self.touching.append(x + 0.0)
                 return
+
+
+def _floats(cluster: Cluster) -> list[float]:
+    """The floats of a cluster, or too many of them."""
+    floats = [cluster.low]
+    while floats[-1] < cluster.high and len(floats) <= FEW_FLOATS:
+        floats.append(nextafter(floats[-1], inf))
+    return floats
 
 
 def _rise(section: Section) -> float:
