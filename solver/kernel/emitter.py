@@ -16,7 +16,7 @@ import numpy as np
 
 from rulesheets.evaluate.gradient import SMALLEST
 from rulesheets.evaluate.number import Arithmetic
-from rulesheets.functions import ARRAYS, INTERVALS, TABLE, intervals
+from rulesheets.functions import ARRAYS, INTERVALS, LOGARITHMS, TABLE, intervals
 from rulesheets.syntax.nodes import (
     ONE,
     Call,
@@ -243,7 +243,17 @@ def _log_mean(u: float, v: float, end: int) -> float:
     return intervals.up(mean, MEAN_ULPS) if end else intervals.down(mean, MEAN_ULPS)
 
 
-ARITHMETIC["log_means"] = log_means
+def like_signed(a_low: float, a_high: float, b_low: float, b_high: float) -> intervals.Interval:
+    """The divisors of a quotient that is not negative."""
+    low, high = b_low, b_high
+    if a_low > 0.0 and b_low < 0.0:
+        low = intervals.least(0.0, b_high)
+    if a_high < 0.0 and b_high > 0.0:
+        high = intervals.greatest(0.0, b_low)
+    return low, high
+
+
+ARITHMETIC |= {"log_means": log_means, "like_signed": like_signed}
 
 Side: TypeAlias = tuple[Expression, Expression]
 """The operands of a factor x: b and c of ``b*x + c``."""
@@ -430,6 +440,10 @@ class IntervalEmitter(CodeLines[Pair]):
                         return self.apply("ratio", x, y)
                     case "tan":
                         return self.apply("divide", y, x)
+            case (Quotient(left, right),) if node.function in ("sqrt", *LOGARITHMS):
+                above, below = self.of(left), self.of(right)
+                signed = self.apply("divide", above, self.apply("like_signed", above, below))
+                arguments = [self.apply("both", *arguments, signed)]
         self.globals[f"f_{node.function}"] = INTERVALS[node.function]
         return self.apply(f"f_{node.function}", *arguments)
 

@@ -30,7 +30,7 @@ from solver.kernel.chain import (
     steps,
     stepwise,
 )
-from solver.kernel.emitter import IntervalEmitter, Pair
+from solver.kernel.emitter import IntervalEmitter, Pair, like_signed
 
 # --- interval operations that compiled code calls ---
 
@@ -54,11 +54,7 @@ def quotient(
     """A product x*c = t does not bound x if both c and t may be 0; a reciprocal (``relational`` 2),
     by which some t is multiplied, if c may be 0."""
     if not_negative:
-        least, most = b_low, b_high
-        if a_low > 0.0 and least < 0.0:
-            b_low = smaller(0.0, most)
-        if a_high < 0.0 and most > 0.0:
-            b_high = greatest(0.0, least)
+        b_low, b_high = like_signed(a_low, a_high, b_low, b_high)
     if relational and b_low <= 0.0 <= b_high and (relational == 2 or a_low <= 0.0 <= a_high):
         return -inf, inf
     return divide(a_low, a_high, b_low, b_high)

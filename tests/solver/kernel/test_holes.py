@@ -190,3 +190,48 @@ def test_a_logarithm_has_no_value_at_0(function: str, share: float) -> None:
     radius = math.exp((math.log(0.2) - share * math.log(15)) / (1 - share))
     assert [answer["r"] for answer in found.solutions] == pytest.approx([radius])
     assert found.complete
+
+
+@pytest.mark.parametrize("ratio", [0.2, 0.97, 1.9, 7.0])
+@pytest.mark.parametrize("angle", [25.0, 62.0])
+def test_a_common_factor_that_is_not_0_leaves_answers(ratio: float, angle: float) -> None:
+    """The tension of a rope that holds a boom of length x: x is 0, or is no factor."""
+    text = "T*x*sind(a - g) = x*cosd(a)\ntand(g) = (x*sind(a) - 5)/(x*cosd(a) + 3)"
+    found = solver.solve(rulesheets.loads(text), {"a": angle, "T": ratio})
+    sine, cosine = math.sin(math.radians(angle)), math.cos(math.radians(angle))
+    between = math.asin(min(1.0, cosine / ratio))
+    slopes = [math.tan(math.radians(angle) - b) for b in (between, math.pi - between)]
+    lengths = [(5 + 3 * slope) / (sine - slope * cosine) for slope in slopes]
+    if ratio >= cosine:
+        for length in lengths:
+            assert any(answer["x"] == pytest.approx(length) for answer in found.solutions)
+    else:
+        assert all(answer["x"] == 0.0 for answer in found.solutions)
+
+
+@pytest.mark.parametrize("log", ["ln", "log"])
+@pytest.mark.parametrize("time", [0.01, 0.9, 5.0, 30.0])
+def test_logarithms_end_at_poles_of_their_quotients(time: float, log: str) -> None:
+    """The period of a trigger, which rises from 0 without end as a share k of its supply grows."""
+    text = f"h = k*v\nl = 0.3*k*v\nt = {log}((v + h)/(v - h)) + {log}((v + l)/(v - l))"
+    found = solver.solve(rulesheets.loads(text), {"v": 10.8, "t": time})
+    unit = 1.0 if log == "ln" else math.log(10.0)
+
+    def miss(k: float) -> float:
+        return 2 * (math.atanh(k) + math.atanh(0.3 * k)) / unit - time
+
+    top = math.nextafter(1.0, 0.0)
+    roots = [brentq(miss, 0.0, top, xtol=1e-15)] if miss(top) > 0.0 else []
+    assert found.complete or not roots
+    assert [answer["k"] for answer in found.solutions] == pytest.approx(roots, rel=1e-9)
+
+
+@pytest.mark.parametrize("shift", [0.0, 2.0, 2.3])
+@pytest.mark.parametrize("power", [0.2, 0.33, 0.5, 0.9])
+def test_a_root_where_a_slope_is_infinite_is_counted(power: float, shift: float) -> None:
+    """Growth that ends where decay is as large as it, and at nothing."""
+    text = "y = s*(k - a)^p\ny = c*(k - a)"
+    found = solver.solve(rulesheets.loads(text), {"s": 0.22, "c": 0.08, "p": power, "a": shift})
+    ends = [shift, shift + (0.22 / 0.08) ** (1 / (1 - power))]
+    assert found.complete
+    assert sorted(answer["k"] for answer in found.solutions) == pytest.approx(ends, rel=1e-9)
