@@ -407,66 +407,48 @@ CLEAR = 1e-4
 
 
 def _generic_point(graph: ModelGraph, rules: Sequence[Equation]) -> dict[str, float] | None:
-    """Numbers at which rules hold, by least-norm Gauss-Newton steps: the first at which every rule
-    depends clearly on each of its names, else the one at which all do most."""
+    """Numbers at which rules hold, by least-norm Gauss-Newton steps, mostly with the values that
+    explicit rules give: the first at which every rule depends clearly on each of its names, else
+    the one at which all do most."""
     names = list(dict.fromkeys(name for rule in rules for name in rule.names))
     found = dict[float, dict[str, float]]()
-    for told, start in _starts(graph, rules, names):
-        if (end := _descended(rules, names, start, told)) is None:
-            continue
-        point, slopes = end
-        least = float(abs(slopes[slopes != 0.0]).min(initial=1.0))
-        found.setdefault(least, point)
-        if least > CLEAR:
+    for number, point in enumerate(_starts(graph, rules, names)):
+        for _ in range(ITERATIONS):
+            point = _told(rules if number % 2 else (), point)
+            try:
+                misses, slopes = _linearized(rules, names, point)
+            except (Undefined, OverflowError):
+                break
+            if not (np.isfinite(misses).all() and np.isfinite(slopes).all()):
+                break
+            if np.abs(misses).max() <= ON_RULES:
+                found.setdefault(float(abs(slopes[slopes != 0.0]).min(initial=1.0)), point)
+                break
+            step = np.linalg.lstsq(slopes, -misses, rcond=ON_RULES)[0]
+            step = step / max(1.0, np.abs(step).max() / LARGEST_STEP)
+            shares = zip(point.items(), step.tolist(), strict=True)
+            point = {name: number * (1.0 + share) for (name, number), share in shares}
+        if max(found, default=0.0) > CLEAR:
             break
     return found[max(found)] if found else None
 
 
 def _starts(
     graph: ModelGraph, rules: Sequence[Equation], names: Sequence[str]
-) -> Iterator[tuple[Sequence[Equation], dict[str, float]]]:
-    """Ordinary numbers; by turns with explicit rules to follow, and numbers near those of the
-    sheet. Every other one of these is as small or large as numbers in the rules."""
-    turns = [graph.single_turn(name) for name in names]
-    usual = {n: 1.0 if turn is None else turn / 10.0 for n, turn in zip(names, turns, strict=True)}
+) -> Iterator[dict[str, float]]:
+    """Numbers near those of the sheet; the others ordinary, or as small or large as numbers in the
+    rules."""
+    turns = {name: graph.single_turn(name) or 10.0 for name in names}
     given = {name: graph.model.variables[name].value for name in names}
-    own = {n: v for n, v in given.items() if isinstance(v, float) and v}
     parts = (part for rule in rules for part in walk(rule.form) if isinstance(part, Number))
     written = [math.log(abs(part.value)) for part in parts if part.value] or [0.0]
     for seed in range(TRIES):
         draw = Random(seed)
-        start = {name: draw.uniform(0.6, 1.8) * size for name, size in usual.items()}
-        if seed % 2 == 0:
-            yield (), start
-            continue
+        start = {name: draw.uniform(0.6, 1.8) * turn / 10.0 for name, turn in turns.items()}
         if seed % 4 == 3:
-            ends = min(written), max(written)
-            start = {name: math.exp(draw.uniform(*ends)) for name in names}
-        yield rules, start | {name: draw.uniform(0.9, 1.1) * v for name, v in own.items()}
-
-
-def _descended(
-    rules: Sequence[Equation],
-    names: Sequence[str],
-    point: dict[str, float],
-    told: Sequence[Equation],
-) -> tuple[dict[str, float], Array] | None:
-    """The point at which steps arrive, with the slopes of the rules there."""
-    for _ in range(ITERATIONS):
-        point = _told(told, point)
-        try:
-            misses, slopes = _linearized(rules, names, point)
-        except (Undefined, OverflowError):
-            return None
-        if not (np.isfinite(misses).all() and np.isfinite(slopes).all()):
-            return None
-        if np.abs(misses).max() <= ON_RULES:
-            return point, slopes
-        step = np.linalg.lstsq(slopes, -misses, rcond=ON_RULES)[0]
-        step = step / max(1.0, np.abs(step).max() / LARGEST_STEP)
-        shares = zip(point.items(), step.tolist(), strict=True)
-        point = {name: number * (1.0 + share) for (name, number), share in shares}
-    return None
+            start = {n: math.exp(draw.uniform(min(written), max(written))) for n in names}
+        own = ((n, v) for n, v in given.items() if isinstance(v, float) and v)
+        yield start | {name: draw.uniform(0.9, 1.1) * v for name, v in own}
 
 
 def _told(rules: Sequence[Equation], point: Mapping[str, float]) -> dict[str, float]:
