@@ -193,26 +193,19 @@ def derivatives(expression: Expression, values: Values) -> tuple[float, dict[str
     A derivative that does not exist at the point, or is unknown there (``sqrt`` at 0), is nan.
     Raises as ``value`` does.
     """
-    return _derivatives(TracedFloats(Floats(values)), expression)[:2]
+    return rounded_derivatives(expression, values)[:2]
 
 
 def rounded_derivatives(
-    expression: Expression, values: Values
+    expression: Expression, values: Values, by_exponent: Expression = BY_EXPONENT
 ) -> tuple[float, dict[str, float], float]:
-    """As ``derivatives``, with BY_SIZE, and a bound of the rounding error of the value, to first
-    order.
+    """As ``derivatives``, and a bound of the rounding error of the value, to first order.
 
     That is eps times the result of every operation times the slope by it (F. L. Bauer, SIAM Review
     16 (1974) 87–96): names and numbers are taken as exact. nan where a slope below an operation is.
     """
     traced = TracedFloats(Floats(values))
-    traced.by_exponent = BY_SIZE
-    return _derivatives(traced, expression)
-
-
-def _derivatives(
-    traced: TracedFloats, expression: Expression
-) -> tuple[float, dict[str, float], float]:
+    traced.by_exponent = by_exponent
     part = traced.of(expression)
     if not math.isfinite(part.value):
         raise Undefined("overflow", (part.value,), expression)

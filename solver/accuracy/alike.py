@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import Undefined
-from rulesheets.evaluate.gradient import BY_BASE, BY_SIZE, CHOOSING, SMALLEST, Part, Traced
+from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Traced
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE, one_by_one
 from rulesheets.model import Equation, Model, Value
@@ -87,7 +87,6 @@ class _TracedColumns(Traced[Array]):
     """
 
     numbers: _Columns
-    by_exponent = BY_SIZE
 
     def slope(
         self, template: Expression, arguments: Sequence[Part[Array]], node: Expression

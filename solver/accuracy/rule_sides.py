@@ -10,6 +10,7 @@ from struct import pack, unpack
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value, once
 from rulesheets.syntax.nodes import (
@@ -100,9 +101,13 @@ def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
 
 
 def size(equation: Equation, values: Mapping[str, Value]) -> float:
-    """Σ|∂F/∂v · v| over the variables of an equation; infinite if a slope has no value."""
+    """Σ|∂F/∂v · v| over the variables of an equation, with the size of a negative base for its
+    slope by a whole exponent; infinite if a slope has no value."""
     try:
         total = sum(moves_of(sides(equation, values).slopes, values))
+        if math.isnan(total):
+            slopes = rounded_derivatives(equation.form, values, BY_SIZE)[1]
+            total = sum(moves_of(slopes, values))
     except Undefined:
         return math.inf
     return total if math.isfinite(total) else math.inf

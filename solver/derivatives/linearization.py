@@ -13,14 +13,14 @@ from dataclasses import dataclass
 from itertools import combinations
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended_derivatives, in_many_digits
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Model, Value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, Expression, Number, Quotient, calls, subtract
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
-from solver.accuracy.rule_sides import symbol_of
+from solver.accuracy.rule_sides import sides, symbol_of
 from solver.numerics.elimination import eliminate_rows, independent_rows
 from solver.numerics.linear_algebra import factorise
 from solver.numerics.tolerances import ASTRAY, DRIFT
@@ -97,7 +97,7 @@ def linearize(
 def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
     """∂(left − right)/∂v by variable; None if one of them does not exist."""
     try:
-        row = derivatives(equation.form, values)[1]
+        row = dict(sides(equation, values).slopes)
     except Undefined:
         return None
     return row if all(map(math.isfinite, row.values())) else None
