@@ -220,6 +220,8 @@ class TracedFloats(Traced[float]):
         self, template: Expression, arguments: Sequence[Part[float]], node: Expression
     ) -> float:
         values = {str(place): part.value for place, part in enumerate(arguments)}
+        if template is self.by_exponent and values["0"] == 0.0 < values["1"]:
+            return 0.0
         try:
             found = Floats(values).of(template)
         except Undefined:

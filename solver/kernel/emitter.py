@@ -19,6 +19,7 @@ from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import ARRAYS, INTERVALS, LOGARITHMS, TABLE, intervals
 from rulesheets.syntax.nodes import (
     ONE,
+    ZERO,
     Call,
     Expression,
     Name,
@@ -30,6 +31,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     Symbol,
     add,
+    call,
     names,
     terms,
     walk,
@@ -190,16 +192,17 @@ def compile_expressions(
 
 
 def divisors(expression: Expression) -> Iterator[Expression]:
-    """The divisors of a rule with variables in them (or in a power, or in the cosine of a
-    tangent)."""
+    """The divisors of a rule with variables in them (or in a power, or in the cosine of a tangent).
+    A base divides if its exponent is negative: of one with names it has a power that is 1 else."""
     for node in walk(expression):
         match node:
             case Quotient(_, divisor) if any(names(divisor)):
                 yield divisor
             case Power(_, Number(exponent)) if exponent > 0.0:
                 pass
-            case Power(base, _) if any(names(base)):
-                yield base
+            case Power(base, exponent) if any(names(base)):
+                negative = call("min", ONE, call("max", ZERO, -exponent))
+                yield base**negative if any(names(exponent)) else base
             case Call("tan" | "tand" as function, arguments):
                 yield Call(function.replace("tan", "cos"), arguments)
 

@@ -344,7 +344,7 @@ def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Unc
             at, slopes = derivatives(divisor, everything)
         except Undefined:
             return True
-        moves = sum(abs(slope) * reach.get(name, 0.0) for name, slope in slopes.items() if slope)
+        moves = sum(abs(slopes[name]) * far for name, far in reach.items() if slopes.get(name))
         if not moves < BESIDE * abs(at):  # it may be 0, or nearly
             return True
     return False

@@ -323,3 +323,27 @@ def test_every_piece_of_a_rule_with_kinks_is_counted(
     found = [s["x"] for s in result.solutions if abs(s["x"]) < 900]
     assert sorted(found) == pytest.approx(sorted(map(float, roots)), rel=1e-9, abs=1e-9)
     assert result.complete or str(result.status) == "singular"
+
+
+@pytest.mark.parametrize("rest", ["", "*exp(x)", "*cosd(3)"])
+@pytest.mark.parametrize("n", [1.5, 2.0, 3.0, 4.0])
+def test_a_base_with_a_named_positive_exponent_divides_nothing(n: float, rest: str) -> None:
+    """x = 0 is an answer, as with the exponent written as a number."""
+    rules = f"z = x^n{rest}\nz = 0.4*x"
+    named = solved(rules, n=n)
+    written = solved(rules.replace("^n", f"^{n}"))
+    assert named.complete
+    assert sorted(s["x"] for s in named.solutions) == pytest.approx(
+        sorted(s["x"] for s in written.solutions), abs=1e-12
+    )
+    assert any(s["x"] == 0.0 for s in named.solutions)
+
+
+@pytest.mark.parametrize(("n", "roots"), [(-1.0, [0.5, 2.0]), (-2.0, [])])
+def test_a_base_with_a_named_negative_exponent_divides(n: float, roots: list[float]) -> None:
+    result = solved("z = x^n\ny = z + x", n=n, y=2.5)
+    if not roots:
+        real = [root.real for root in np.roots([1.0, -2.5, 0.0, 1.0]) if abs(root.imag) < 1e-9]
+        roots = sorted(map(float, real))
+    assert result.complete
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(roots)
