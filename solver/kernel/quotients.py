@@ -105,9 +105,8 @@ class Quotients(Arithmetic[Ratio]):
     expression that is none of low degree raises NOT_RATIONAL.
 
     ``poles`` are the divisors: where one is 0, some part has no value. ``common`` are polynomials
-    that are 0 wherever a divisor and its dividend are, but for the roots of ``sure`` ones, divisors
-    that are 0 where their dividend is not. ``signs`` are those of the first absolute values;
-    ``others`` are further choices.
+    that are 0 wherever a divisor and its dividend are. ``signs`` are those of the first absolute
+    values; ``others`` are further choices.
     """
 
     def __init__(
@@ -123,7 +122,7 @@ class Quotients(Arithmetic[Ratio]):
         self.values = {name: self.constant(number) for name, number in known.items()}
         self.values |= {name: plain(generator(name)) for name in unknowns}
         self.poles = dict[Divisor, None]()
-        self.common, self.sure = list[Polynomial](), dict[str, list[list[Fraction]]]()
+        self.common = list[Polynomial]()
         self.chosen, self.radicals = list[tuple[Ratio, int]](), list[tuple[Ratio, int, str]]()
 
     def follow(self, forms: Iterable[tuple[str, Expression]], free: bool = False) -> None:
@@ -184,9 +183,7 @@ class Quotients(Arithmetic[Ratio]):
         names = one.generators | other.generators
         if len(names) == 1:
             (name,) = names
-            sure, divisor = self.sure.setdefault(name, []), dense(other)
-            shared = reduce(without_roots, sure, common_divisor(dense(one), divisor))
-            sure.append(without_roots(divisor, shared))
+            shared = common_divisor(dense(one), dense(other))
             powers = (((name, k),) if k else UNIT for k in range(len(shared)))
             other = Polynomial.of(zip(powers, shared, strict=True))
         if other.generators and (one.generators or not one):
@@ -263,8 +260,8 @@ def _bounded(found: Ratio) -> Ratio:
 
 class Eliminant(NamedTuple):
     """``polynomial``: its roots, and those of ``indeterminate``, at which forms may be 0/0, include
-    every solution at which the polynomials ``positive`` are not negative. ``clear``: there are no
-    radicals and signs, and rounding left no coefficient."""
+    every solution at which the polynomials ``positive`` are not negative. ``clear``: the residual
+    is 0/0 nowhere, there are no radicals and signs, and rounding left no coefficient."""
 
     polynomial: Coefficients
     indeterminate: tuple[Coefficients, ...]
@@ -302,6 +299,7 @@ def eliminants(
 def _eliminant(quotients: Quotients, equation: Equation, unknown: str) -> Eliminant:
     free = (dense(quotients.bare(factor)) for factor in quotients.common)
     indeterminate = tuple(factor for factor in free if len(factor) != 1)
+    of_forms = len(quotients.common)
     left, right = map(quotients.of, equation.sides)
     difference = _bounded(left + -right)
     sizes = ((abs(c), difference.gross.get(powers, 0)) for powers, c in difference.top.items())
@@ -316,5 +314,5 @@ def _eliminant(quotients: Quotients, equation: Equation, unknown: str) -> Elimin
         raise NoForm
     chosen = [part.times(part.divisors).top * Fraction(sign) for part, sign in quotients.chosen]
     within = tuple(dense(part) for part in chosen if part.generators == {unknown})
-    exact = not (quotients.radicals or quotients.chosen)
+    exact = not (quotients.common[of_forms:] or quotients.radicals or quotients.chosen)
     return Eliminant(polynomial, indeterminate, within, exact and all(significant))
