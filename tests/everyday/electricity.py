@@ -510,3 +510,19 @@ def motor_fan(VL, f, p, R1, X1, R2, X2, Xm, Prot, kfan):
         "Pin": 3 * Vph * I1 * pf,
         "eta": Pout / (3 * Vph * I1 * pf),
     }
+
+
+@sheet(OWN, "vp > f, vp > a, Z > f, delay > f, lg > f, delay vp > L f, vg lam > a f")
+def waveguide(a, b, f, L):
+    fc, lam = 299.79 / (2 * a), 299.79 / f
+    lg = lam / sqrt(1 - (fc / f) ** 2)
+    return {
+        "fc": fc,
+        "lc": 2 * a,
+        "lam": lam,
+        "lg": lg,
+        "vp": 299.79 * lg / lam,
+        "vg": 299.79 * lam / lg,
+        "Z": 377 * lg / lam,
+        "delay": L / (299.79 * lam / lg),
+    }

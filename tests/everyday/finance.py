@@ -267,3 +267,24 @@ def circular_wacc(FCF, g, D, rf, mrp, bu, kd, tax):
         "wacc": FCF / EV + g,
         "lev": D / EV,
     }
+
+
+@sheet(OWN, "P > y, D > y, Dm > y, conv > y, dP > y, bpv > y, Pnew > dy, C Dm > face y")
+def bond_duration(face, c, y, n, dy):
+    C, v = c / 100 * face, 1 / (1 + y / 100)
+    paid = [(k, C + (face if k == n else 0.0)) for k in range(1, 5)]
+    P = sum(pay * v**k for k, pay in paid)
+    D = sum(k * pay * v**k for k, pay in paid) / P
+    conv = sum(k * (k + 1) * pay * v ** (k + 2) for k, pay in paid) / P
+    dP = -D * v * dy / 100 + conv / 2 * (dy / 100) ** 2
+    return {
+        "C": C,
+        "v": v,
+        "P": P,
+        "D": D,
+        "Dm": D * v,
+        "conv": conv,
+        "dP": dP,
+        "Pnew": P * (1 + dP),
+        "bpv": D * v * P / 10000,
+    }

@@ -94,3 +94,20 @@ def salary(gross, rate, cap, allowance):
         for (start, share), end in zip(slices, ends, strict=True)
     )
     return {"ss": ss, "taxable": taxable, "tax": tax, "net": gross - ss - tax}
+
+
+@sheet(OWN, "w > k1, w > kj, w > vf, q1 > k1, delay > k1, share > k1, w q1 > k1 vf")
+def traffic(vf, kj, k1, k2, L):
+    v1, v2 = vf * (1 - k1 / kj), vf * (1 - k2 / kj)
+    return {
+        "v1": v1,
+        "q1": k1 * v1,
+        "v2": v2,
+        "q2": k2 * v2,
+        "qmax": vf * kj / 4,
+        "w": (k2 * v2 - k1 * v1) / (k2 - k1),
+        "head": 3600 / (k1 * v1),
+        "t": 60 * L / v1,
+        "delay": 60 * L / v1 - 60 * L / vf,
+        "share": k1 * v1 / (vf * kj / 4),
+    }

@@ -314,3 +314,15 @@ def crane_sling(m, width, Ls, boom, ang, base, mc, xc):
         "SF": Mr / Mo,
         **forces,
     }
+
+
+@sheet(OWN, "T > boom, gam > boom, T > load, T > mast, reach T > boom load")
+def crane_boom(load, Wb, boom, ang, mast, back):
+    reach, tip = boom * cosd(ang), boom * sind(ang)
+    gam = degrees(atan((tip - mast) / (reach + back)))
+    return {
+        "gam": gam,
+        "T": (load + Wb / 2) * cosd(ang) / sind(ang - gam),
+        "reach": reach,
+        "tip": tip,
+    }
