@@ -45,7 +45,7 @@ from solver.numerics.tolerances import (
     SMALL,
     TOUCHING,
 )
-from solver.path.polynomial import Polynomial
+from solver.path.polynomial import UNIT, Polynomial
 
 Forms: TypeAlias = Sequence[tuple[str, Expression]]
 
@@ -116,7 +116,8 @@ def _may_hold(problem: BlockProblem, forms: Forms, factor: Coefficients, hole: f
         miss = there.of(rule.left - rule.right)
     except NOT_RATIONAL:
         return True
-    return bool(miss.top.generators) or _cancels([*miss.top.values()], TOUCHING)
+    left, gross = (parts.get(UNIT, Fraction(0)) for parts in (miss.top, miss.gross))
+    return bool(miss.top.generators) or abs(left) <= TOUCHING * gross
 
 
 def _holds_beside(problem: BlockProblem, forms: Forms, hole: float) -> bool:
