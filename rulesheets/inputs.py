@@ -23,7 +23,7 @@ from rulesheets.diagnosis import (
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exact import with_round_values
 from rulesheets.library import Library
-from rulesheets.model import Model, Tolerance, Value, Variable, expect, once, reached
+from rulesheets.model import Model, Tolerance, Value, Values, Variable, expect, once, reached
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import measured, names, units_of, walk
 from rulesheets.units import (
@@ -222,7 +222,7 @@ _NOT_SYMBOLS = frozenset({"pi", "nan", "inf", "infinity"})
 class Inputs(NamedTuple):
     """The starting data of a solve: values of the inputs and first guesses, by full names."""
 
-    values: Mapping[str, Value]
+    values: Values
     guesses: Mapping[str, float]
 
 

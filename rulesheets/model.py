@@ -18,6 +18,8 @@ T = TypeVar("T")
 Owner = TypeVar("Owner", bound="Model | Equation")
 Value: TypeAlias = float | str
 """The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
+Values: TypeAlias = Mapping[str, Value]
+"""Numbers and symbols by the full names of variables."""
 
 
 class Tolerance(NamedTuple):

@@ -11,23 +11,18 @@ from typing import TYPE_CHECKING
 from rulesheets import fetched
 
 if TYPE_CHECKING:
-    from rulesheets.loading import load as load
-    from rulesheets.loading import loads as loads
-    from solver.commands.draw import draw as draw
-    from solver.facts import Status as Status
-    from solver.facts import Unsolved as Unsolved
-    from solver.files.tables import Samples as Samples
-    from solver.files.tables import Table as Table
-    from solver.page.serving import interact as interact
-    from solver.report.derivation import Derivation as Derivation
-    from solver.report.derivation import why as why
-    from solver.solution.solving import Result as Result
-    from solver.solution.solving import Solution as Solution
-    from solver.solution.solving import solve as solve
-    from solver.sweeps import Plan as Plan
-    from solver.sweeps import prepare as prepare
-    from solver.sweeps.sweep import monte_carlo as monte_carlo
-    from solver.sweeps.sweep import sweep as sweep
+    from rulesheets.loading import load, loads
+    from solver.commands.draw import draw
+    from solver.facts import Status, Unsolved
+    from solver.files.tables import Samples, Table
+    from solver.page.serving import interact
+    from solver.report.derivation import Derivation, why
+    from solver.solution.solving import Result, Solution, solve
+    from solver.sweeps import Plan, prepare
+    from solver.sweeps.sweep import monte_carlo, sweep
+
+__all__ = ["Derivation", "Plan", "Result", "Samples", "Solution", "Status", "Table", "Unsolved"]
+__all__ += ["draw", "interact", "load", "loads", "monte_carlo", "prepare", "solve", "sweep", "why"]
 
 __getattr__, __dir__ = fetched(
     __name__,
@@ -43,4 +38,3 @@ __getattr__, __dir__ = fetched(
         "solver.sweeps.sweep": "monte_carlo sweep",
     },
 )
-__all__ = [*__dir__()]

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, suggestion
-from rulesheets.model import Value
+from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import Comparison
 
 
@@ -164,7 +164,7 @@ class RankLoss(NamedTuple):
     free: tuple[str, ...]
     direction: Mapping[str, float]
     everywhere: bool
-    point: Mapping[str, Value]
+    point: Values
     dependent: tuple[int, ...] = ()
 
 

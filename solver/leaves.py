@@ -13,7 +13,7 @@ from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.digits import indeterminate
 from rulesheets.evaluate.number import meets
-from rulesheets.model import Equation, Model, Value, reached
+from rulesheets.model import Equation, Model, Value, Values, reached
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
@@ -56,7 +56,7 @@ from solver.path.planner import planner
 
 
 def moved_into_one_turn(
-    graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]
+    graph: ModelGraph, values: Values, inputs: Collection[str]
 ) -> dict[str, Value]:
     """The values with every posted angle that lies outside one turn moved into it.
 
@@ -86,9 +86,7 @@ def moved_into_one_turn(
     return moved
 
 
-def within_one_turn(
-    graph: ModelGraph, values: Mapping[str, Value], inputs: Collection[str]
-) -> bool:
+def within_one_turn(graph: ModelGraph, values: Values, inputs: Collection[str]) -> bool:
     """Whether every posted angle that rules read in parts (``sind(theta/2)``) is in (-180, 180].
 
     Other angles are moved there; these have different answers in different turns.
@@ -99,7 +97,7 @@ def within_one_turn(
 
 def _outside_one_turn(
     graph: ModelGraph,
-    values: Mapping[str, Value],
+    values: Values,
     inputs: Collection[str],
     turn_of: Callable[[str], float | None],
 ) -> Iterator[tuple[str, float, float]]:
@@ -269,7 +267,7 @@ class Asked(NamedTuple):
     """
 
     model: Model
-    inputs: Mapping[str, Value]
+    inputs: Values
     want: Sequence[str] | None
     guesses: Mapping[str, float]
     judged: Sequence[str]
@@ -305,7 +303,7 @@ class CutOff(TimeIsUp):
     """The time limit was reached: what was ``found`` until then, and the values ``known`` before
     any fork."""
 
-    def __init__(self, found: Exploration, known: Mapping[str, Value]) -> None:
+    def __init__(self, found: Exploration, known: Values) -> None:
         super().__init__()
         self.found, self.known = replace(found, complete=False), dict(known)
 
@@ -321,7 +319,7 @@ class CutOff(TimeIsUp):
 # (``is_complete`` there).
 
 
-def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bool:
+def hides_no_answer(model: Model, leaf: Leaf, inputs: Values) -> bool:
     """Whether a case that an open leaf assumes is proven to have no values, or no value satisfies a
     rule that leads to one of its missing values."""
     asked = {name for pair in leaf.branch.signs for name in nodes.names(*pair)}
@@ -335,7 +333,7 @@ def hides_no_answer(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> bo
     return any(not leading.isdisjoint(equations) for equations, _ in refused)
 
 
-def leading_to_missing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> set[int]:
+def leading_to_missing(model: Model, leaf: Leaf, inputs: Values) -> set[int]:
     """The equations on the path to what a leaf misses."""
     given, missing = leaf.branch.given(inputs), frozenset(leaf.missing)
     path = planner(model).path(given, leaf.branch.conditions, want=missing)
@@ -394,7 +392,7 @@ class CaseAnalysis:
     def __init__(
         self,
         model: Model,
-        inputs: Mapping[str, Value],
+        inputs: Values,
         judge: Callable[[nodes.Condition, Branch], bool] | None = None,
     ) -> None:
         self.model = model
@@ -524,7 +522,7 @@ class CaseAnalysis:
         )
 
 
-def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indeterminacy | None:
+def indeterminacy(equation: Equation, values: Values) -> Indeterminacy | None:
     """The fact that an equation is 0/0 at the values, if so."""
     for side in equation.sides:
         found = indeterminate(side, values)
@@ -534,9 +532,7 @@ def indeterminacy(equation: Equation, values: Mapping[str, Value]) -> Indetermin
     return None
 
 
-def unmet(
-    model: Model, values: Mapping[str, Value], decided: Mapping[int, bool]
-) -> Iterator[Unmet]:
+def unmet(model: Model, values: Values, decided: Mapping[int, bool]) -> Iterator[Unmet]:
     """The requirements that these values violate; those with unknown values are skipped.
 
     Each with the distance of the smaller side from the larger one; None if a side is not a number.

@@ -15,6 +15,7 @@ from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -217,9 +218,7 @@ class Indeterminate(NamedTuple):
     is_open: bool = False
 
 
-def indeterminate(
-    expression: Expression, values: Mapping[str, float | str]
-) -> Indeterminate | None:
+def indeterminate(expression: Expression, values: Values) -> Indeterminate | None:
     """The innermost part of an expression that is indeterminate at the values, for any others."""
     found = _indeterminate(expression, values)
     unknown = [name for name in dict.fromkeys(names(expression)) if name not in values]
@@ -232,9 +231,7 @@ def indeterminate(
     return Indeterminate(first.part, first.form, None, is_open=True)
 
 
-def _indeterminate(
-    expression: Expression, values: Mapping[str, float | str]
-) -> Indeterminate | None:
+def _indeterminate(expression: Expression, values: Values) -> Indeterminate | None:
     for chain in _undefined(expression, values):
         for part, above in zip(chain, (*chain[1:], None), strict=True):
             sides = (part.left, part.right) if isinstance(part, Quotient) else ()
@@ -253,9 +250,7 @@ def _indeterminate(
     return None
 
 
-def _undefined(
-    expression: Expression, values: Mapping[str, float | str]
-) -> Iterator[tuple[Expression, ...]]:
+def _undefined(expression: Expression, values: Values) -> Iterator[tuple[Expression, ...]]:
     """Parts without a value whose own parts have one, each with all around it, inside out."""
     stack: list[tuple[Expression, ...]] = [(expression,)]
     while stack:
@@ -268,11 +263,11 @@ def _undefined(
             yield chain
 
 
-def is_known(part: Expression, values: Mapping[str, float | str]) -> bool:
+def is_known(part: Expression, values: Values) -> bool:
     return all(name in values for name in names(part))
 
 
-def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
+def _has_value(part: Expression, values: Values) -> bool:
     if not is_known(part, values):
         return False
     try:
@@ -284,7 +279,7 @@ def _has_value(part: Expression, values: Mapping[str, float | str]) -> bool:
     return True
 
 
-def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
+def vanishes(part: Expression, values: Values) -> bool:
     """Whether the variables of a part are known, and it is 0 to all digits considered."""
     try:
         return (
@@ -296,7 +291,7 @@ def vanishes(part: Expression, values: Mapping[str, float | str]) -> bool:
         return False
 
 
-def limit(expression: Expression, values: Mapping[str, float | str]) -> float | None:
+def limit(expression: Expression, values: Values) -> float | None:
     """The two-sided limit at a point, along every line through it; None if there is none.
 
     The expression is evaluated in many digits on both sides of the point along several lines, at
@@ -319,9 +314,7 @@ def limit(expression: Expression, values: Mapping[str, float | str]) -> float | 
     return float(first) if all(gap <= AGREEMENT * size for gap, size in apart) else None
 
 
-def beside(
-    values: Mapping[str, float | str], line: Mapping[str, float], distance: float
-) -> ExtendedValues:
+def beside(values: Values, line: Mapping[str, float], distance: float) -> ExtendedValues:
     """A point at a distance, relative to each value, on a line through the values."""
     mp = context(DIGITS)
     moved: dict[str, object] = dict(values)

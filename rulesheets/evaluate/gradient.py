@@ -14,10 +14,11 @@ from functools import cache
 from itertools import combinations
 from typing import Any, Generic, TypeVar
 
-from rulesheets.evaluate.number import Arithmetic, Floats, Undefined, Values
+from rulesheets.evaluate.number import Arithmetic, Floats, Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from operator import ge, gt, le, lt
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from rulesheets.functions import TABLE
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -165,10 +166,6 @@ class Arithmetic(Generic[T]):
     def call(self, node: Call) -> T:
         operations = self.operations
         return self.applied(node, [operations[type(item)](self, item) for item in node.arguments])
-
-
-Values: TypeAlias = Mapping[str, float | str]
-"""Numbers and symbols by the full names of variables."""
 
 
 class Floats(Arithmetic[float]):

@@ -21,7 +21,7 @@ from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.gradient import BY_BASE, CHOOSING, SMALLEST, Part, Traced
 from rulesheets.evaluate.number import Arithmetic
 from rulesheets.functions import TABLE, one_by_one
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Values
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -144,15 +144,13 @@ class Evaluated(NamedTuple):
     columns: NDArray[np.intp]
 
 
-def _point(known: Alike, values: Mapping[str, Value]) -> Array:
+def _point(known: Alike, values: Values) -> Array:
     """The values of names; nan for symbols."""
     numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
     return np.fromiter(numbers, dtype=float, count=len(known.names))
 
 
-def evaluated(
-    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
-) -> Evaluated:
+def evaluated(model: Model, equations: Sequence[Equation], values: Values) -> Evaluated:
     """All rules at once; those of rare shapes, or with exceptions, one by one."""
     known = shapes(model).of(equations)
     point = _point(known, values)
@@ -247,7 +245,7 @@ class _FamilySides:
 
 
 def accepted(
-    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
+    model: Model, equations: Sequence[Equation], values: Values
 ) -> tuple[float, tuple[Equation, ...]]:
     """Many rules checked at once: the largest scaled residual of those that hold, and the others,
     which are left to the check of single rules."""
@@ -257,9 +255,7 @@ def accepted(
     return float(np.max(scaled[found.holds], initial=0.0)), left
 
 
-def multiplied_out(
-    model: Model, equations: Sequence[Equation], values: Mapping[str, Value]
-) -> Array:
+def multiplied_out(model: Model, equations: Sequence[Equation], values: Values) -> Array:
     """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of
     them. Undefined terms are nan, or do not count."""
     known, found = shapes(model).of(equations), np.zeros(len(equations))

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from rulesheets.evaluate import Undefined
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Values
 from solver.accuracy.alike import evaluated, sizes_of
 from solver.accuracy.rule_sides import MANY, sides, uncertainty
 from solver.accuracy.rule_sides import size as moved
@@ -62,7 +62,7 @@ class ForwardErrors(NamedTuple):
 
 def forward_errors(
     model: Model,
-    values: Mapping[str, Value],
+    values: Values,
     steps: Sequence[Step],
     decided: Mapping[int, bool],
     doubles: Sequence[DoubleRoot] = (),
@@ -90,7 +90,7 @@ Row: TypeAlias = tuple[Mapping[str, float], Array]
 @dataclass
 class _Propagation:
     model: Model
-    values: Mapping[str, Value]
+    values: Values
     decided: Mapping[int, bool]
     doubles: Mapping[tuple[int, ...], DoubleRoot]
     errors: dict[str, Array]

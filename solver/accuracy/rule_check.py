@@ -23,7 +23,7 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended, extended_derivatives
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Values
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, terms, walk
 from solver.accuracy.rule_sides import (
     RuleCheck,
@@ -53,7 +53,7 @@ LEAP = 4.0
 there."""
 
 
-def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
+def check_rule(equation: Equation, values: Values) -> RuleCheck:
     """Evaluate an equation all of whose variables have values."""
     kept = remembered(equation, values)
     if kept.check is None:
@@ -64,7 +64,7 @@ def check_rule(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     return kept.check
 
 
-def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
+def _by_slopes(equation: Equation, values: Values) -> RuleCheck:
     left, right = equation.sides
     symbols = symbol_of(left, values), symbol_of(right, values)
     if symbols != (None, None):
@@ -95,7 +95,7 @@ def _by_slopes(equation: Equation, values: Mapping[str, Value]) -> RuleCheck:
     return look_again(equation, values, noise)
 
 
-def _leaps(equation: Equation, values: Mapping[str, Value]) -> bool:
+def _leaps(equation: Equation, values: Values) -> bool:
     """Whether F jumps where its slopes promise 0: ``int(x) + x = 3`` is satisfied neither below 2,
     nor at 2."""
     tied = {name for _, height in heights(equation) for name in names(height)}
@@ -144,7 +144,7 @@ def in_decimals(
     return named, {name: exact(repr(v)) if isinstance(v, float) else v for name, v in known.items()}
 
 
-def look_again(equation: Equation, values: Mapping[str, Value], noise: float) -> RuleCheck:
+def look_again(equation: Equation, values: Values, noise: float) -> RuleCheck:
     """The check of an equation of numbers; ``noise`` bounds the error of F in floats, if known.
 
     Values may change by a share BACKWARD. If that changes F by more than a share STEEP of its
@@ -180,7 +180,7 @@ def look_again(equation: Equation, values: Mapping[str, Value], noise: float) ->
 
 
 class RuleInDigits:
-    def __init__(self, equation: Equation, values: Mapping[str, Value]) -> None:
+    def __init__(self, equation: Equation, values: Values) -> None:
         self.sides: tuple[Expression, ...] = equation.sides
         self.values: dict[str, Any] = {name: values[name] for name in equation.names}
         self.underflows = True

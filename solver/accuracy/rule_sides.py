@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import named
-from rulesheets.model import Equation, Value, once
+from rulesheets.model import Equation, Value, Values, once
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -68,7 +68,7 @@ class Remembered:
     check: RuleCheck | None = None
 
 
-def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
+def remembered(equation: Equation, values: Values) -> Remembered:
     at = tuple([values[name] for name in equation.names])
     latest: list[Remembered] = equation.__dict__.setdefault("_latest", [])
     for kept in latest:
@@ -79,7 +79,7 @@ def remembered(equation: Equation, values: Mapping[str, Value]) -> Remembered:
     return kept
 
 
-def sides(equation: Equation, values: Mapping[str, Value]) -> Sides:
+def sides(equation: Equation, values: Values) -> Sides:
     """Both sides at the values; slopes must not be changed. Raises Undefined."""
     kept = remembered(equation, values)
     if kept.sides is None:
@@ -100,7 +100,7 @@ def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
     return (miss <= BACKWARD * size) & ((sum(reaches) <= STEEP * size) | (off <= gentle))
 
 
-def size(equation: Equation, values: Mapping[str, Value]) -> float:
+def size(equation: Equation, values: Values) -> float:
     """Σ|∂F/∂v · v| over the variables of an equation, with the size of a negative base for its
     slope by a whole exponent; infinite if a slope has no value."""
     try:
@@ -113,7 +113,7 @@ def size(equation: Equation, values: Mapping[str, Value]) -> float:
     return total if math.isfinite(total) else math.inf
 
 
-def symbol_of(side: Expression, values: Mapping[str, Value]) -> str | None:
+def symbol_of(side: Expression, values: Values) -> str | None:
     """The symbol that a side is, or that its variable has; None for a number."""
     if isinstance(side, Symbol):
         return side.name
@@ -121,7 +121,7 @@ def symbol_of(side: Expression, values: Mapping[str, Value]) -> str | None:
     return found if isinstance(found, str) else None
 
 
-def gross(equation: Equation, values: Mapping[str, Value]) -> float:
+def gross(equation: Equation, values: Values) -> float:
     """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
     try:
         return sum(abs(value(term, values)) for term in terms(*equation.sides))
@@ -147,7 +147,7 @@ def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
                 yield "step", x - a
 
 
-def moves_of(slopes: Mapping[str, float], values: Mapping[str, Value]) -> Iterator[float]:
+def moves_of(slopes: Mapping[str, float], values: Values) -> Iterator[float]:
     """|∂F/∂v · v| for each variable."""
     return (
         abs(slope * v)
@@ -186,9 +186,7 @@ def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Exp
     return map_leaves(expression, named)
 
 
-def uncertainty(
-    expression: Expression, values: Mapping[str, Value], known: Mapping[str, float]
-) -> float:
+def uncertainty(expression: Expression, values: Values, known: Mapping[str, float]) -> float:
     """The possible error of an expression if its numbers, by name, have the errors ``known``.
 
     Its own numbers have errors in their last places. Infinite if a slope has no value.

@@ -20,7 +20,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate.digits import context, in_many_digits
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Values
 from rulesheets.syntax import escaped
 from solver.commands import GIVEN, WANTED, Command, Option, Request, read_request
 from solver.commands.over import read_approach, read_axes
@@ -86,9 +86,7 @@ def measure(
             yield Measurement(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
 
 
-def exact_state(
-    model: Model, values: Mapping[str, Value], inputs: Mapping[str, Value]
-) -> Exact | None:
+def exact_state(model: Model, values: Values, inputs: Values) -> Exact | None:
     """The reference state; None if an unknown is free, or a function is known in floats only."""
     rules = linearize(model, values, inputs)
     known = (model.equations[e] for e in rules.equations)
@@ -100,9 +98,7 @@ def exact_state(
     return (block, sharp.values) if sharp.blocks == rules.blocks else None
 
 
-def _ours(
-    plan: Plan, given: Mapping[str, Value | None], inputs: Mapping[str, Value]
-) -> Iterator[Method]:
+def _ours(plan: Plan, given: Mapping[str, Value | None], inputs: Values) -> Iterator[Method]:
     """``solver.solve`` from the model on, the prepared plan, and proved answers."""
 
     def solved(prove: bool = False) -> Ended:
@@ -121,9 +117,7 @@ def _ours(
         yield f"{OURS}, proved", None, partial(solved, prove=True)
 
 
-def _others(
-    plan: Plan, exact: Exact, before: Exact | None, inputs: Mapping[str, Value]
-) -> Iterator[Method]:
+def _others(plan: Plan, exact: Exact, before: Exact | None, inputs: Values) -> Iterator[Method]:
     """Iterations from the previous reference state if it has the same rules, else from nearby."""
     block, state = exact
     kernel = BlockKernel(planner(plan.model).graph, block)

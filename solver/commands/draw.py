@@ -7,13 +7,13 @@ from argparse import Namespace
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from itertools import chain, product
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from rulesheets.diagnosis import error, refusal, refuse, render, suggestion
 from rulesheets.inputs import override, readable
-from rulesheets.model import Model, Value, expect
+from rulesheets.model import Model, Values, expect
 from rulesheets.syntax import escaped
 from rulesheets.syntax.nodes import Figure as Declared
 from rulesheets.units import shown
@@ -98,8 +98,6 @@ def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared
     return tuple(by_name[name] for name in wanted)
 
 
-State: TypeAlias = Mapping[str, Value]
-
 FILMS = (".gif",)
 _SHARP, _FILM = 150.0, 80.0
 """Dots an inch."""
@@ -156,7 +154,7 @@ class _Renderer:
     """
 
     def __init__(
-        self, request: Request, figures: tuple[Declared, ...], states: Sequence[State], every: bool
+        self, request: Request, figures: tuple[Declared, ...], states: Sequence[Values], every: bool
     ) -> None:
         self.request, self.figures, self.states, self.every = request, figures, states, every
         self.complaints: list[str] = []
@@ -202,7 +200,7 @@ class _Renderer:
         return gif(images(film, dpi)) if film else None, f"{len(film)} frames"
 
     def _moving(
-        self, name: str, values: Sequence[float], state: State, missing: dict[str, list[str]]
+        self, name: str, values: Sequence[float], state: Values, missing: dict[str, list[str]]
     ) -> list[list[View | None]]:
         """One state of the motion: a view for each branch of answers, None without an answer.
 
@@ -210,7 +208,7 @@ class _Renderer:
         """
         request, title = self.request, self._named(state)
         results = (self._solve({**state, name: value}) for value in values)
-        answer: State = next((r.solutions[0] for r in results if r.solutions), {})
+        answer: Values = next((r.solutions[0] for r in results if r.solutions), {})
         given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
         known = override(request.model, given).values
         drawn = [figure for figure in self.figures if not answer or not lacking(figure, answer)]
@@ -233,11 +231,11 @@ class _Renderer:
                 missing.setdefault(table.words()[row], []).append(named)
         return views
 
-    def _solve(self, values: State) -> Result:
+    def _solve(self, values: Values) -> Result:
         request, want = self.request, variables(self.figures) or None
         return solve(request.model, {**request.inputs, **values}, want, request.guesses)
 
-    def _named(self, values: State) -> str:
+    def _named(self, values: Values) -> str:
         """``thetaAO = 30 deg, branch = open``."""
         told = []
         for name, value in values.items():

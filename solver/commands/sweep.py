@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from datetime import timedelta
 from itertools import chain
 from math import inf
@@ -17,7 +17,7 @@ import numpy as np
 from rulesheets.deadline import WATCH, expired, setting
 from rulesheets.diagnosis import RuleSheetError, plural, refusal
 from rulesheets.inputs import readable, symbolic
-from rulesheets.model import Value, Variable
+from rulesheets.model import Value, Values, Variable
 from rulesheets.syntax import escaped
 from rulesheets.units import shown
 from solver.commands import (
@@ -230,7 +230,7 @@ def _noting(
         yield piece
 
 
-def _reason(work: Work, row: Mapping[str, Value]) -> str:
+def _reason(work: Work, row: Values) -> str:
     """Why a row is not solved, on a line: the message of its solve, and how that is cured."""
     known = {name: value for name, value in row.items() if value == value}
     given = {**dict.fromkeys(work.model.variables), **work.given, **known}

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from rulesheets.diagnosis import Diagnosis, Label, RuleSheetError, Severity, error, listed
 from rulesheets.format import format_expression
 from rulesheets.inputs import no_tolerance, variable_named, variables_named
-from rulesheets.model import Model, Tolerance, Value
+from rulesheets.model import Model, Tolerance, Value, Values
 from solver.derivatives.linearization import (
     Extended,
     Total,
@@ -124,8 +124,8 @@ class Sensitivities(dict[tuple[str, str], float | None], Shown):
 
 def sensitivities(
     model: Model,
-    values: Mapping[str, Value],
-    inputs: Mapping[str, Value],
+    values: Values,
+    inputs: Values,
     outputs: Sequence[str],
     by: Sequence[str],
     prefer: Iterable[int] = (),
@@ -179,7 +179,7 @@ def chosen_outputs(
     names: Iterable[str] | None,
     wanted: Iterable[str],
     inputs: Collection[str],
-    values: Mapping[str, Value],
+    values: Values,
 ) -> tuple[str, ...]:
     """The named outputs, else the wanted ones with a number. Raises RuleSheetError (E407)."""
     if names is not None:
@@ -187,9 +187,7 @@ def chosen_outputs(
     return tuple(n for n in wanted if n not in inputs and isinstance(values.get(n), float))
 
 
-def chosen_inputs(
-    model: Model, names: Iterable[str] | None, inputs: Mapping[str, Value]
-) -> tuple[str, ...]:
+def chosen_inputs(model: Model, names: Iterable[str] | None, inputs: Values) -> tuple[str, ...]:
     """The named inputs; without names all that are numbers. Raises RuleSheetError (E407, E425)."""
     if names is None:
         return tuple(name for name in model.variables if isinstance(inputs.get(name), float))
@@ -205,7 +203,7 @@ def chosen_inputs(
 
 
 def _one(
-    total: Total, values: Mapping[str, Value], output: str, given: str, corner: int | None
+    total: Total, values: Values, output: str, given: str, corner: int | None
 ) -> float | Reason:
     """The derivative, or why there is none; ``corner`` is a rule with a function that has a kink or
     a jump as the input moves."""
@@ -228,7 +226,7 @@ def _one(
 
 # --- where the rules have no slope: limits of the derivatives from one side ---
 
-Near = Callable[[Mapping[str, Value], Mapping[str, float]], Mapping[str, Value] | None]
+Near = Callable[[Values, Mapping[str, float]], Values | None]
 """The answer for some inputs that is nearest to guesses; None where there is none."""
 
 NODES = 8
@@ -245,8 +243,8 @@ one."""
 
 def one_sided(
     model: Model,
-    values: Mapping[str, Value],
-    inputs: Mapping[str, Value],
+    values: Values,
+    inputs: Values,
     outputs: Sequence[str],
     given: str,
     side: int,
@@ -331,7 +329,7 @@ class ToleranceBands(dict[str, Band | None], Shown):
     """
 
     def __init__(
-        self, tolerances: Mapping[str, float], slopes: Sensitivities, answer: Mapping[str, Value]
+        self, tolerances: Mapping[str, float], slopes: Sensitivities, answer: Values
     ) -> None:
         found = ((n, _band(n, answer.get(n), tolerances, slopes)) for n in slopes.outputs)
         super().__init__(found)
@@ -356,7 +354,7 @@ def _band(
 
 
 def tolerances_of(
-    model: Model, inputs: Mapping[str, Value], given: Mapping[str, float | Tolerance] | None
+    model: Model, inputs: Values, given: Mapping[str, float | Tolerance] | None
 ) -> dict[str, float]:
     """The tolerances of the inputs that are numbers, in their own units: those of the sheet,
     overridden.

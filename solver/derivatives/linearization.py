@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended_derivatives, in_many_digits
 from rulesheets.evaluate.number import equal
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, Expression, Number, Quotient, calls, subtract
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved
@@ -27,6 +27,9 @@ from solver.numerics.tolerances import ASTRAY, DRIFT
 from solver.path import known_rules
 from solver.path.cases import Pair, comparisons, outcomes
 from solver.structure.decomposition import Incidence, block_triangular, maximum_matching
+
+Rows: TypeAlias = Mapping[int, Mapping[str, float]]
+"""The slopes of equations by variable."""
 
 
 class SquareBlock(NamedTuple):
@@ -46,7 +49,7 @@ class Linearization(NamedTuple):
     of them are in no block: with these held the rest is regular.
     """
 
-    rows: Mapping[int, Mapping[str, float]]
+    rows: Rows
     blocks: tuple[SquareBlock, ...]
     redundant: tuple[int, ...]
     free: tuple[str, ...]
@@ -63,9 +66,7 @@ class Linearization(NamedTuple):
         return tuple(name for block in self.blocks for name in block.unknowns)
 
 
-def active_equations(
-    model: Model, values: Mapping[str, Value], inputs: Collection[str]
-) -> tuple[Equation, ...]:
+def active_equations(model: Model, values: Values, inputs: Collection[str]) -> tuple[Equation, ...]:
     """Equations of numbers whose guards hold at ``values`` and all of whose variables have one."""
     known = known_rules(model, outcomes(model, values, inputs), values)
     symbols = ((e, symbol_of(e.left, values), symbol_of(e.right, values)) for e in known)
@@ -73,7 +74,7 @@ def active_equations(
 
 
 def linearize(
-    model: Model, values: Mapping[str, Value], inputs: Collection[str], prefer: Iterable[int] = ()
+    model: Model, values: Values, inputs: Collection[str], prefer: Iterable[int] = ()
 ) -> Linearization:
     """Linearize the active rules at ``values``, an answer for ``inputs`` (names).
 
@@ -94,7 +95,7 @@ def linearize(
     return Linearization(rows, blocks, redundant, undetermined, rough)
 
 
-def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] | None:
+def slopes(equation: Equation, values: Values) -> dict[str, float] | None:
     """∂(left − right)/∂v by variable; None if one of them does not exist."""
     try:
         row = dict(sides(equation, values).slopes)
@@ -107,10 +108,7 @@ def slopes(equation: Equation, values: Mapping[str, Value]) -> dict[str, float] 
 
 
 def _square(
-    rows: Mapping[int, Mapping[str, float]],
-    order: Sequence[int],
-    unknowns: Sequence[str],
-    values: Mapping[str, Value],
+    rows: Rows, order: Sequence[int], unknowns: Sequence[str], values: Values
 ) -> tuple[tuple[SquareBlock, ...], set[str]]:
     """Blocks of independent rows, and the free unknowns. The rows are the first of ``order`` if
     these are regular; else some unknowns are held so that the rest is regular, and are in no
@@ -128,9 +126,7 @@ def _square(
     return _blocks(rows, taken, kept), {unknowns[j] for j in found.free}
 
 
-def _blocks(
-    rows: Mapping[int, Mapping[str, float]], taken: Sequence[int], unknowns: Sequence[str]
-) -> tuple[SquareBlock, ...]:
+def _blocks(rows: Rows, taken: Sequence[int], unknowns: Sequence[str]) -> tuple[SquareBlock, ...]:
     """Blocks in lower triangular form, by everything that occurs in the rows."""
     found = []
     for block in block_triangular(_incidence(rows, taken, unknowns, moving=False)):
@@ -140,11 +136,7 @@ def _blocks(
 
 
 def _incidence(
-    rows: Mapping[int, Mapping[str, float]],
-    order: Sequence[int],
-    unknowns: Sequence[str],
-    *,
-    moving: bool,
+    rows: Rows, order: Sequence[int], unknowns: Sequence[str], *, moving: bool
 ) -> Incidence:
     """Equations by place in ``order``; ``moving`` leaves out variables whose slope is 0."""
     place = {name: i for i, name in enumerate(unknowns)}
@@ -156,10 +148,7 @@ def _incidence(
 
 
 def _matrix(
-    rows: Mapping[int, Mapping[str, float]],
-    order: Sequence[int],
-    unknowns: Sequence[str],
-    values: Mapping[str, Value],
+    rows: Rows, order: Sequence[int], unknowns: Sequence[str], values: Values
 ) -> tuple[list[list[float]], list[float]]:
     """The slopes of these rows by the unknowns, and the sizes of the unknowns."""
     sizes = [abs(v) if isinstance(v := values[name], float) and v else 1.0 for name in unknowns]
@@ -190,7 +179,7 @@ class Sharp(NamedTuple):
 
 
 def sharpened(
-    model: Model, linear: Linearization, values: Mapping[str, Value], inputs: Collection[str]
+    model: Model, linear: Linearization, values: Values, inputs: Collection[str]
 ) -> Sharp:
     """The answer near ``values`` for ``inputs`` (names) in many digits, and the slopes of its
     rules.
@@ -240,10 +229,7 @@ def precise_slopes(
 
 
 def _settle(
-    equations: Sequence[Equation],
-    rows: Mapping[int, Mapping[str, float]],
-    block: SquareBlock,
-    exact: dict[str, Any],
+    equations: Sequence[Equation], rows: Rows, block: SquareBlock, exact: dict[str, Any]
 ) -> None:
     """The root of a block near its float values. Raises Unresolved if there is none."""
     start = {name: float(exact[name]) for name in block.unknowns}
@@ -268,7 +254,7 @@ def _settle(
 # --- total derivatives by the inputs ---
 
 
-def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair, ...]:
+def active_comparisons(model: Model, values: Values) -> tuple[Pair, ...]:
     """The pairs of numbers compared by guards that are equal at ``values`` and can move."""
     guards = {premise.condition for equation in model.equations for premise in equation.guard}
     found: dict[Pair, None] = {}
@@ -281,7 +267,7 @@ def active_comparisons(model: Model, values: Mapping[str, Value]) -> tuple[Pair,
     return tuple(found)
 
 
-def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
+def kinks(equation: Equation, values: Values) -> Iterator[Pair]:
     """Pairs that are equal at a kink or a jump of a function in the equation, but not near it."""
     met: list[Pair] = []
     for call in calls(*equation.sides):
@@ -302,19 +288,19 @@ def kinks(equation: Equation, values: Mapping[str, Value]) -> Iterator[Pair]:
     return (pair for pair in met if _even(pair, values))
 
 
-def _whole(argument: Expression, offset: float, values: Mapping[str, Value]) -> Iterator[Pair]:
+def _whole(argument: Expression, offset: float, values: Values) -> Iterator[Pair]:
     """The argument and the nearest number at which the function jumps."""
     number = _number(argument, values)
     if number is not None:
         yield argument, Number(round(number - offset) + offset)
 
 
-def _even(pair: Pair, values: Mapping[str, Value]) -> bool:
+def _even(pair: Pair, values: Values) -> bool:
     left, right = (_number(side, values) for side in pair)
     return left is not None and right is not None and equal(left, right)
 
 
-def _number(expression: Expression, values: Mapping[str, Value]) -> float | None:
+def _number(expression: Expression, values: Values) -> float | None:
     try:
         return value(expression, values)
     except (Undefined, KeyError, TypeError):
@@ -352,7 +338,7 @@ class Total:
 
 def totals(
     model: Model,
-    values: Mapping[str, Value],
+    values: Values,
     inputs: Collection[str],
     parameters: Sequence[str],
     prefer: Iterable[int] = (),

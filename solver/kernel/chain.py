@@ -407,7 +407,7 @@ def cleared(chain: Chain) -> Chain | None:
     quotients are not multiplied by them twice. The sums of a numerator get names as well: what is
     made of it stays short.
     """
-    moving, parts = {chain.tears[0]}, dict[str, tuple[Expression, Expression]]()
+    moving, parts = {chain.tears[0]}, dict[str, Ratio]()
     items, named = list[Assignment](), set[Expression]()
     for item in chain.assignments:
         if moving.isdisjoint(nodes.names(item.expression)):
@@ -454,12 +454,13 @@ def _with_named_sums(product: Expression, name: str) -> tuple[Expression, list[A
     return times(*parts), sums
 
 
+Ratio: TypeAlias = tuple[Expression, Expression]
+"""Numerator and denominator."""
+
+
 def _fraction(
-    node: Expression,
-    moving: set[str],
-    known: Mapping[str, tuple[Expression, Expression]],
-    relational: bool = False,
-) -> tuple[Expression, Expression]:
+    node: Expression, moving: set[str], known: Mapping[str, Ratio], relational: bool = False
+) -> Ratio:
     """An expression as a numerator over its varying denominators.
 
     In a ``relational`` quotient nothing is cancelled: where a common factor is 0 its value may be
@@ -517,10 +518,8 @@ def _fraction(
 
 
 def _reduced(
-    above: Sequence[Expression],
-    below: Sequence[Expression],
-    known: Mapping[str, tuple[Expression, Expression]],
-) -> tuple[Expression, Expression]:
+    above: Sequence[Expression], below: Sequence[Expression], known: Mapping[str, Ratio]
+) -> Ratio:
     """Two products without their common factors, those of the products that names stand for among
     them."""
     over, under = ([factor for part in side for factor in factors(part)] for side in (above, below))
@@ -553,11 +552,8 @@ def _combined(
 
 
 def _rooted(
-    base: Expression,
-    exponent: float,
-    moving: set[str],
-    known: Mapping[str, tuple[Expression, Expression]],
-) -> tuple[Expression, Expression]:
+    base: Expression, exponent: float, moving: set[str], known: Mapping[str, Ratio]
+) -> Ratio:
     """A power that is no whole one, by the sizes of the factors of its base."""
     above, below = (
         times(*(call("abs", factor) ** abs(exponent) for factor in _within(part, known)))
@@ -566,9 +562,7 @@ def _rooted(
     return (above, below) if exponent > 0.0 else (below, above)
 
 
-def _within(
-    product: Expression, known: Mapping[str, tuple[Expression, Expression]]
-) -> Iterator[Expression]:
+def _within(product: Expression, known: Mapping[str, Ratio]) -> Iterator[Expression]:
     """Its factors, those of products that names stand for among them."""
     for factor in without(factors(product), [ONE]):
         inside = known[factor.name][0] if isinstance(factor, Name) and factor.name in known else ONE

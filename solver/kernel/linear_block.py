@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.model import Value
+from rulesheets.model import Value, Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import linearized
@@ -95,7 +95,7 @@ class Perturbed:
         )
 
 
-def _noise(form: Expression, values: Mapping[str, Value]) -> float:
+def _noise(form: Expression, values: Values) -> float:
     try:
         return rounded_derivatives(form, values)[2]
     except Undefined:

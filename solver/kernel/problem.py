@@ -18,7 +18,7 @@ import numpy as np
 
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Values
 from solver.accuracy.alike import accepted, evaluated, multiplied_out, sizes_of
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
@@ -119,7 +119,7 @@ class BlockProblem:
     def __init__(
         self,
         kernel: BlockKernel,
-        values: Mapping[str, Value],
+        values: Values,
         guesses: Mapping[str, float],
         budget: Budget | None = None,
         fits: Fits | None = None,

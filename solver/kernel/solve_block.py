@@ -12,7 +12,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 
-from rulesheets.model import Value
+from rulesheets.model import Values
 from rulesheets.syntax import nodes
 from solver.facts import Attempt, Fact, Method, NoRoot
 from solver.kernel import full_search
@@ -109,7 +109,7 @@ MAX_STRETCHES = 6
 
 def solve_block(
     kernel: BlockKernel,
-    values: Mapping[str, Value],
+    values: Values,
     guesses: Mapping[str, float],
     budget: Budget,
     off: InputErrors,
@@ -133,7 +133,7 @@ def solve_block(
 
 
 def solve_sparsely(
-    kernel: BlockKernel, values: Mapping[str, Value], guesses: Mapping[str, float], budget: Budget
+    kernel: BlockKernel, values: Values, guesses: Mapping[str, float], budget: Budget
 ) -> BlockOutcome:
     """The sensible answer of a block by sparse Newton steps only, if they lead to one."""
     return _Methods(BlockProblem(kernel, values, guesses, budget), dict).sparsely()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import zip_longest
@@ -19,7 +19,7 @@ from rulesheets.evaluate.digits import extended, in_many_digits
 from rulesheets.evaluate.exact import cancels_as_written
 from rulesheets.evaluate.number import number_text
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
+from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -176,7 +176,7 @@ class StepSolver:
         graph: ModelGraph,
         equation: int,
         unknown: str,
-        values: Mapping[str, Value],
+        values: Values,
         guess: float | None = None,
         careful: bool = False,
     ) -> None:
@@ -420,7 +420,7 @@ class StepSolver:
         rests = isinstance(start, Sum) and self._is_tiny(start, known)
         return 0.0 if rests and self._vanishes(start, known) else number
 
-    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> float:
+    def evaluate(self, expression: Expression, values: Values) -> float:
         return value(expression, values)
 
     def _root(self, number: float) -> float:
@@ -471,7 +471,7 @@ class StepSolver:
             target = substitute(form, {TARGET.name: target})
         return self._vanishes(subtract(target, Number(number)), self.values)
 
-    def _vanishes(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+    def _vanishes(self, expression: Expression, at: Values) -> bool:
         """Whether nothing is left of an expression with the decimals as written."""
         found = self.by_decimals and cancels_as_written(expression, at)
         self.cancelled = self.cancelled or found
@@ -560,14 +560,14 @@ class StepSolver:
         ]
         return len(checks) > 1 and all(check.holds for check in checks)
 
-    def _coefficient(self, expression: Expression, at: Mapping[str, Value]) -> float:
+    def _coefficient(self, expression: Expression, at: Values) -> float:
         """The value of an expression; 0 if it is with the decimals as written: the last digits of
         0.1 and 0.3 would lead to roots of 1e17."""
         number, tiny = self.evaluate(expression, at), self._is_tiny(expression, at)
         self.delicate = self.delicate or (tiny and self.rounds)
         return 0.0 if tiny and self._vanishes(expression, at) else number
 
-    def _is_tiny(self, expression: Expression, at: Mapping[str, Value]) -> bool:
+    def _is_tiny(self, expression: Expression, at: Values) -> bool:
         """Whether the value of an expression is tiny relative to its terms, but not 0, in
         floats."""
         if isinstance(expression, Name | Number):

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.checks import PLACES, marks_of, parts
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Values
 from rulesheets.syntax.nodes import Figure
 from solver.derivatives import Sensitivities
 from solver.path import equations_of
@@ -51,7 +51,7 @@ def outline(figure: Figure) -> dict[str, Any]:
     }
 
 
-def geometry(model: Model, values: Mapping[str, Value]) -> list[dict[str, Any] | None]:
+def geometry(model: Model, values: Values) -> list[dict[str, Any] | None]:
     """Coordinates of points and directions of strokes of every figure, in the order of its outline.
 
     None for a figure that the values do not determine.
@@ -204,7 +204,7 @@ def turn(model: Model, name: str) -> float:
     return signs_of(model).angles.get(name, 0.0)
 
 
-def apart(model: Model, one: Mapping[str, Value], other: Mapping[str, Value]) -> float:
+def apart(model: Model, one: Values, other: Values) -> float:
     """The distance between two answers: 0 if all their common values are equal."""
     total = 0.0
     for name in one.keys() & other.keys():
@@ -239,9 +239,7 @@ class Rail(NamedTuple):
     plan: Plan
 
 
-def rail(
-    model: Model, given: Mapping[str, Value], values: Mapping[str, Value], handles: Sequence[Handle]
-) -> Rail | None:
+def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle]) -> Rail | None:
     """The motion through an answer (``values``) of the handles of one driver, the other inputs as
     ``given``. None if it cannot be followed."""
     driver = handles[0].driver

@@ -18,7 +18,7 @@ from typing import Any, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, refusal, render
 from rulesheets.inputs import override
-from rulesheets.model import Equation, Model, Premise, Value, Variable
+from rulesheets.model import Equation, Model, Premise, Value, Values, Variable
 from rulesheets.syntax.nodes import conjunction
 from rulesheets.units import displaying
 from solver.facts import Status
@@ -251,10 +251,7 @@ def _shown(model: Model) -> list[Variable]:
 
 
 def _document(
-    model: Model,
-    inputs: Mapping[str, Value | None],
-    axes: Axes,
-    rows: Sequence[Mapping[str, Value] | None],
+    model: Model, inputs: Mapping[str, Value | None], axes: Axes, rows: Sequence[Values | None]
 ) -> dict[str, Any]:
     """The data for the browser: variables in display units, and figures, state by state."""
     effective = {n: inputs.get(n, v.value) for n, v in model.variables.items()}

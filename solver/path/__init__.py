@@ -9,7 +9,7 @@ from math import inf, prod
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.functions import TABLE
-from rulesheets.model import Equation, Model, Requirement, Value
+from rulesheets.model import Equation, Model, Requirement, Values
 from rulesheets.syntax.nodes import Expression, Name, Number, call, is_number, substitute
 
 
@@ -122,9 +122,7 @@ def activity(equation: Equation | Requirement, decided: Mapping[int, bool]) -> b
     return verdict
 
 
-def known_rules(
-    model: Model, decided: Mapping[int, bool], values: Mapping[str, Value]
-) -> Iterator[Equation]:
+def known_rules(model: Model, decided: Mapping[int, bool], values: Values) -> Iterator[Equation]:
     """The rules that are active at these outcomes, and all of whose variables are known."""
     blank = model.variables.keys() - values.keys()
     for equation in model.equations:

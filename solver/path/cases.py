@@ -19,7 +19,7 @@ from sys import float_info
 from typing import TypeAlias
 
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     And,
@@ -34,7 +34,7 @@ from rulesheets.syntax.nodes import (
 )
 
 
-def outcomes(model: Model, values: Mapping[str, Value], inputs: Collection[str]) -> dict[int, bool]:
+def outcomes(model: Model, values: Values, inputs: Collection[str]) -> dict[int, bool]:
     """The conditions that these values decide; one that has no value there is false."""
     found = {}
     for index, condition in enumerate(model.conditions):
@@ -172,7 +172,7 @@ Bound: TypeAlias = tuple[float, int]
 compare."""
 
 
-def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
+def possible(signs: Iterable[Signed], known: Values) -> bool:
     """Whether the assumed signs leave every quantity a value."""
     ranges: dict[Quantity, tuple[Bound, Bound]] = {}
     for found in (_bounds(pair, sign, known) for pair, sign in signs):
@@ -183,7 +183,7 @@ def possible(signs: Iterable[Signed], known: Mapping[str, Value]) -> bool:
     return all(low <= high for low, high in ranges.values())
 
 
-def compatible(premises: Iterable[tuple[Condition, bool]], known: Mapping[str, Value]) -> bool:
+def compatible(premises: Iterable[tuple[Condition, bool]], known: Values) -> bool:
     """Whether conditions can have these outcomes together."""
     choices = list(
         islice(product(*(_alternatives(*premise) for premise in premises)), MAX_ALTERNATIVES + 1)
@@ -211,9 +211,7 @@ def _alternatives(condition: Condition, holds: bool) -> list[tuple[Signed, ...]]
             return [()]
 
 
-def _bounds(
-    pair: Pair, sign: Sign, known: Mapping[str, Value]
-) -> tuple[Quantity, tuple[Bound, Bound]] | None:
+def _bounds(pair: Pair, sign: Sign, known: Values) -> tuple[Quantity, tuple[Bound, Bound]] | None:
     """The quantity that a comparison bounds, with its bounds; None if it bounds none."""
     if sign == DIFFERENT:
         return None

@@ -12,7 +12,7 @@ from math import gcd, lcm
 from typing import Any, TypeAlias
 
 from rulesheets.functions import TABLE, named
-from rulesheets.model import Equation, Model, Value, once
+from rulesheets.model import Equation, Model, Values, once
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import (
     Call,
@@ -142,7 +142,7 @@ def unknowns_by_kind(model: Model, steps: Iterable[Step]) -> Counter[Kind]:
     return found
 
 
-def continued(model: Model, steps: Sequence[Step], begun: Mapping[str, Value]) -> dict[str, float]:
+def continued(model: Model, steps: Sequence[Step], begun: Values) -> dict[str, float]:
     """The values that steps have ``begun`` with; others continue the last of their kind."""
     last, found = dict[Kind, tuple[float, ...]](), dict[str, float]()
     for step in steps:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from itertools import chain
 from typing import Any, NamedTuple
 
-from rulesheets.model import Model, Premise, Value, once
+from rulesheets.model import Model, Premise, Values, once
 from solver.path import Assume, Check, Decide, Path, SolveBlock, equations_of, given_by
 from solver.path.cases import compatible, outcomes, value_said
 from solver.path.graph import ModelGraph
@@ -48,9 +48,7 @@ def planner(model: Model) -> Planner:
     return Planner(ModelGraph(model))
 
 
-def with_checks(
-    model: Model, inputs: Mapping[str, Value], want: Sequence[str] | None
-) -> Sequence[str] | None:
+def with_checks(model: Model, inputs: Values, want: Sequence[str] | None) -> Sequence[str] | None:
     """The wanted names; if one is an input that the others determine as well, also all that they
     find on the way to it, so that rules which its value contradicts are not pruned."""
     found = dict.fromkeys(want or ())
@@ -117,9 +115,7 @@ def question(path: Path) -> tuple[int, ...]:
     return last.conditions if isinstance(last, Decide | Assume) else ()
 
 
-def path_tree(
-    model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None = None
-) -> PathTree:
+def path_tree(model: Model, inputs: Values, want: frozenset[str] | None = None) -> PathTree:
     """The path from ``inputs`` with its cases, down to at most :data:`MAX_ENDS` ends.
 
     Only the conditions that the inputs decide are evaluated; nothing is solved.
@@ -138,9 +134,7 @@ def path_tree(
 class _Ahead:
     """Plans again after each question; ``told`` are the equations that earlier steps have used."""
 
-    def __init__(
-        self, model: Model, inputs: Mapping[str, Value], want: frozenset[str] | None
-    ) -> None:
+    def __init__(self, model: Model, inputs: Values, want: frozenset[str] | None) -> None:
         self.model, self.inputs, self.want = model, inputs, want
 
     def tree(

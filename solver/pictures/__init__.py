@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from rulesheets.checks import PLACES, marks_of, parts
 from rulesheets.diagnosis import listed, refusal
 from rulesheets.evaluate import Undefined, value
-from rulesheets.model import Value
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, Figure, names
 from solver.files import require_extra
 
@@ -97,7 +97,7 @@ def variables(figures: Iterable[Figure]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(names(*reckoned)))
 
 
-def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
+def diagram(figure: Figure, values: Values) -> Diagram:
     """The figure at these values. Raises ValueError with a short reason if it lacks one."""
     missing = [name for name in variables([figure]) if name not in values]
     if missing:
@@ -127,7 +127,7 @@ def diagram(figure: Figure, values: Mapping[str, Value]) -> Diagram:
     return Diagram(figure.name, figure.comment, figure.unit or "", places, kinds, tuple(strokes))
 
 
-def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
+def lacking(figure: Figure, values: Values) -> str:
     """A short reason why a figure cannot be drawn from these values; empty if it can."""
     try:
         diagram(figure, values)
@@ -136,7 +136,7 @@ def lacking(figure: Figure, values: Mapping[str, Value]) -> str:
     return ""
 
 
-def drawable(figures: Iterable[Figure], values: Mapping[str, Value]) -> tuple[Diagram | None, ...]:
+def drawable(figures: Iterable[Figure], values: Values) -> tuple[Diagram | None, ...]:
     """Every figure at these values; None for one that they do not determine."""
     found: list[Diagram | None] = []
     for figure in figures:

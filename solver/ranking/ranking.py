@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from rulesheets.evaluate import value
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Values
 from solver.path import TARGET
 from solver.path.graph import ModelGraph
 from solver.path.planner import planner
@@ -206,7 +206,7 @@ class Ranking(Sizes):
             if inside <= places.keys() and signs.aside.isdisjoint(inside)
         ]
 
-    def order(self, answers: Sequence[Mapping[str, Value]]) -> list[int]:
+    def order(self, answers: Sequence[Values]) -> list[int]:
         """The places of the answers, inputs included, the first one first."""
         rows = [_numbers(answer, self.read) for answer in answers]
         keys = self.keys_of_rows(rows, _numbers(answers[0], self.known))
@@ -374,9 +374,7 @@ class Ranking(Sizes):
         return on.rounded(GRAIN * on.decade(total))
 
 
-def settled(
-    model: Model, inputs: Collection[str], answers: Sequence[Mapping[str, Value]]
-) -> Collection[str]:
+def settled(model: Model, inputs: Collection[str], answers: Sequence[Values]) -> Collection[str]:
     """The names that have one value in all answers: what was computed before these part says as
     much of sizes as the inputs, but where angles are unknown: a linkage goes anywhere."""
     first, *others = answers
@@ -412,7 +410,7 @@ def _principal(graph: ModelGraph, name: str, known: Collection[str]) -> tuple[fl
     return None
 
 
-def _numbers(values: Mapping[str, Value], names: Sequence[str]) -> tuple[float, ...]:
+def _numbers(values: Values, names: Sequence[str]) -> tuple[float, ...]:
     return tuple([v if isinstance(v := values.get(name), float) else np.nan for name in names])
 
 
@@ -428,10 +426,7 @@ size."""
 
 
 def unlikely(
-    model: Model,
-    answers: Sequence[Mapping[str, Value]],
-    inputs: Mapping[str, Value],
-    guesses: Mapping[str, float],
+    model: Model, answers: Sequence[Values], inputs: Values, guesses: Mapping[str, float]
 ) -> list[tuple[str, ...]]:
     """The names of each answer whose numbers are of unlikely size; ``answers`` hold the inputs as
     well.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import chain
 from typing import NamedTuple
@@ -13,7 +13,7 @@ from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.evaluate import Undefined, value
 from rulesheets.format import format_condition
 from rulesheets.inputs import readable, variable_named
-from rulesheets.model import Equation, Model, Value, expect, reached
+from rulesheets.model import Equation, Model, Value, Values, expect, reached
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Condition, Expression, Name, Number, conjunction, names
 from rulesheets.units import shown
@@ -35,7 +35,7 @@ from solver.report.path import Places, Plain, Tex
 from solver.solution.solving import Result
 
 
-def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expression | None:
+def explicit_form(isolation: Isolation, values: Values) -> Expression | None:
     """The form of ``isolation`` whose value is that of the unknown in ``values``.
 
     If the answer differs from every preimage by whole turns, the form includes them: ``asind(y) +
@@ -57,9 +57,7 @@ def explicit_form(isolation: Isolation, values: Mapping[str, Value]) -> Expressi
     return forms[place] if off <= HALF * (max((abs(answer), *numbers)) or 1.0) else None
 
 
-def _turned(
-    isolation: Isolation, known: Mapping[str, Value], answer: float
-) -> Iterator[Expression]:
+def _turned(isolation: Isolation, known: Values, answer: float) -> Iterator[Expression]:
     """The forms with as many whole turns as bring them nearest to the answer."""
     if (period := isolation.period) is None:
         return
@@ -81,7 +79,7 @@ def _turned(
         yield from rest._replace(start=moved).forms()
 
 
-def _value(form: Expression, known: Mapping[str, Value]) -> float:
+def _value(form: Expression, known: Values) -> float:
     """The value of a form, nan if it has none."""
     try:
         return value(form, known)
@@ -136,7 +134,7 @@ class Derivation(Shown):
 
     model: Model
     name: str
-    values: Mapping[str, Value]
+    values: Values
     inputs: tuple[str, ...] = ()
     assumed: tuple[str, ...] = ()
     links: tuple[Link, ...] = ()
@@ -166,7 +164,7 @@ class _Tracing:
 
     def __init__(self, result: Result) -> None:
         self.model, self.inputs, self.origins = result.model, result.inputs, result.origins
-        self.values: Mapping[str, Value] = result.partial
+        self.values: Values = result.partial
         if result.solutions:
             self.values = result.solutions[0]
         self.place: dict[Step, int] = {}

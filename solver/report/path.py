@@ -9,7 +9,7 @@ from functools import cached_property
 from rulesheets.diagnosis import few
 from rulesheets.format import Latex, Notation, format_condition
 from rulesheets.inputs import DIGITS, readable
-from rulesheets.model import Equation, Model, Premise, Requirement, Value
+from rulesheets.model import Equation, Model, Premise, Requirement, Value, Values
 from rulesheets.syntax import Span, escaped, nodes
 from rulesheets.syntax.nodes import Expression, conjunction, names, substitute
 from solver.facts import Method, Status
@@ -39,7 +39,7 @@ class Plain(Notation):
 
     value = staticmethod(readable)
 
-    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+    def filled(self, node: Expression, values: Values) -> str:
         texts = ((name, readable(values[name])) for name in names(node))
         numbers = {n: nodes.Name(f"({t})" if t[0] == "-" else t) for n, t in texts}
         return _FIRST.sub(r"\1\2", self.written(substitute(node, numbers)))
@@ -51,7 +51,7 @@ class Tex(Latex):
     def value(self, value: Value) -> str:
         return self.written(_rounded(value))
 
-    def filled(self, node: Expression, values: Mapping[str, Value]) -> str:
+    def filled(self, node: Expression, values: Values) -> str:
         numbers = {name: _rounded(values[name]) for name in names(node)}
         return self.written(substitute(node, numbers))
 

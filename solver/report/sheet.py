@@ -13,7 +13,7 @@ from typing import NamedTuple
 from rulesheets.diagnosis import Diagnosis, few, plural, render
 from rulesheets.format import format_condition
 from rulesheets.inputs import COLUMNS, exact, guarded, readable
-from rulesheets.model import Model, Tolerance, Value
+from rulesheets.model import Model, Tolerance, Value, Values
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
 from solver.facts import Status
@@ -202,7 +202,7 @@ def _dump(document: Json) -> str:
     return json.dumps(document, indent=2, ensure_ascii=False, allow_nan=False)
 
 
-def finite(values: Mapping[str, Value]) -> dict[str, Value]:
+def finite(values: Values) -> dict[str, Value]:
     """The values that JSON can carry."""
     return {name: v for name, v in values.items() if isinstance(v, str) or isfinite(v)}
 

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from rulesheets.evaluate import Undefined, derivatives
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Value, Values
 from rulesheets.syntax.nodes import subtract
 from solver.accuracy.alike import accepted
 from solver.accuracy.rule_check import check_rule
@@ -104,7 +104,7 @@ class Ends:
         complete: bool,
         equations: tuple[int, ...],
         unknowns: tuple[str, ...],
-        listed: Sequence[Mapping[str, Value]],
+        listed: Sequence[Values],
         cut: bool,
     ) -> None:
         """Record where a step may have more answers than are listed, the first of each step."""

@@ -12,7 +12,7 @@ from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
-from rulesheets.model import Value
+from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss, about
@@ -185,7 +185,7 @@ class PathSearch(Ends):
         """The unknowns of the blocks of the first path, by their kinds."""
         return unknowns_by_kind(self.model, self.first_path or ())
 
-    def _as_one_block(self, begun: Mapping[str, Value], forked: bool) -> Branch | None:
+    def _as_one_block(self, begun: Values, forked: bool) -> Branch | None:
         """The preferred answer of all steps of the first path, solved as one large block from the
         values at which its first steps have ``begun``.
 
@@ -277,7 +277,7 @@ class PathSearch(Ends):
         asked = (self.model.requirements[fact.requirement].names for fact in broken)
         return any(all(self.graph.turn(name) is None for name in names) for names in asked)
 
-    def _learn(self, branch: Branch, step: Step, found: Mapping[str, Value]) -> None:
+    def _learn(self, branch: Branch, step: Step, found: Values) -> None:
         self.budget.used += STEP
         branch.values.update(found)
         branch.origins.update(dict.fromkeys(found, step))
@@ -327,7 +327,7 @@ class PathSearch(Ends):
         ).outcome()
 
     def _forks(
-        self, branch: Branch, step: Step, found: Sequence[tuple[Mapping[str, Value], Facts]]
+        self, branch: Branch, step: Step, found: Sequence[tuple[Values, Facts]]
     ) -> Forks | None:
         """Continue with the only value (None), or with a fork for each."""
 
@@ -390,7 +390,7 @@ class PathSearch(Ends):
         if not outcome.answers:
             return self._blank(branch, step.unknowns, outcome.facts[-1])
         beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
-        found: list[tuple[Mapping[str, Value], Facts]] = [
+        found: list[tuple[Values, Facts]] = [
             (answer.values, beside if answer.double is None else (*beside, answer.double))
             for answer in outcome.answers
         ]

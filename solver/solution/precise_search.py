@@ -18,7 +18,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined, derivatives, holds, value
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Value, Values
 from rulesheets.syntax.nodes import Comparison, Condition, Expression, names
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
@@ -198,9 +198,7 @@ class _PreciseSearch(PathSearch):
         super()._learn(branch, step, floats)
         branch.precise.update(numbers)
 
-    def _is_rounding(
-        self, step: Step, values: Mapping[str, Value], name: str, number: float
-    ) -> bool:
+    def _is_rounding(self, step: Step, values: Values, name: str, number: float) -> bool:
         """Whether a number is only the rounding of the terms that it was solved from."""
         rules = [self.model.equations[index] for index in equations_of(step)]
         readers = [rule for rule in rules if name in rule.names and values.keys() >= {*rule.names}]
@@ -309,7 +307,7 @@ class _PreciseStep(StepSolver):
         self.digits, self.mp = digits, context(digits)
         self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.floats.items()}
 
-    def evaluate(self, expression: Expression, values: Mapping[str, Value]) -> Any:
+    def evaluate(self, expression: Expression, values: Values) -> Any:
         result = extended(expression, values, self.digits)
         if not result and absorbs(expression, values, self.digits):
             raise Unresolved  # 0 for want of digits
@@ -481,7 +479,7 @@ MARGIN = 8.0
 
 def _are_counted(
     stretches: Sequence[Undecided],
-    floats: Mapping[str, Value],
+    floats: Values,
     system: ManyDigits,
     roots: Sequence[Mapping[str, Any]],
     doubles: Sequence[Mapping[str, Any]],
@@ -509,7 +507,7 @@ def _are_counted(
     return bool(stretches)
 
 
-def _lies_on(stretch: Undecided, root: Mapping[str, Any], floats: Mapping[str, Value]) -> bool:
+def _lies_on(stretch: Undecided, root: Mapping[str, Any], floats: Values) -> bool:
     """Whether a root of the block is in or next to the stretch, by preimages of its chain."""
     pad = MARGIN * (stretch.high - stretch.low)
     chain = stretch.kernel.chains[stretch.place]

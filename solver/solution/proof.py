@@ -35,7 +35,7 @@ from rulesheets.evaluate.balls import (
     preconditioned,
 )
 from rulesheets.evaluate.exact import Inexact, Rationals
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Call, Expression, walk
 from solver.accuracy.rule_sides import symbol_of
@@ -55,7 +55,7 @@ class _Obstacle(Exception):
         self.proof = Proof(False, obstacle=said, double=double)
 
 
-def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
+def prove(model: Model, leaf: Leaf, inputs: Values) -> Proof:
     """The proof of a solved leaf, as far as it succeeds."""
     with precision(BITS):
         try:
@@ -65,7 +65,7 @@ def prove(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Proof:
 
 
 class _Proving:
-    def __init__(self, model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> None:
+    def __init__(self, model: Model, leaf: Leaf, inputs: Values) -> None:
         self.model, self.leaf, self.inputs = model, leaf, inputs
         self.values = leaf.branch.values
         self.symbols = {name for name, value in self.values.items() if isinstance(value, str)}

@@ -8,7 +8,7 @@ from dataclasses import replace
 from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Value, Values
 from rulesheets.syntax import nodes
 from solver.facts import Conflict, about
 from solver.kernel.emitter import enclose
@@ -506,7 +506,7 @@ FARTHEST = 1e30
 """The size up to which values are tried one after another."""
 
 
-def stretch(equation: Equation, values: Mapping[str, Value], name: str) -> tuple[float, float]:
+def stretch(equation: Equation, values: Values, name: str) -> tuple[float, float]:
     """The interval around the value of ``name`` on which interval arithmetic shows that a rule
     holds; infinite where it goes on, as wide as a point where nothing is shown."""
     box = {other: (v, v) for other, v in values.items() if isinstance(v, float)}

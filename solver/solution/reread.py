@@ -27,7 +27,7 @@ from rulesheets.evaluate.digits import (
     vanishes,
 )
 from rulesheets.functions import named
-from rulesheets.model import Equation, Model, Value
+from rulesheets.model import Equation, Model, Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Name, Number, Quotient, calls, exchange, walk
 from solver.accuracy.rule_check import check_rule
@@ -110,9 +110,7 @@ def with_limits(asked: Asked, found: Exploration) -> tuple[Model, Exploration]:
     return asked.model, replace(found, leaves=(*solved, *more), complete=False)
 
 
-def _filled(
-    model: Model, values: Mapping[str, Value]
-) -> Iterator[tuple[int, tuple[Equation, float]]]:
+def _filled(model: Model, values: Values) -> Iterator[tuple[int, tuple[Equation, float]]]:
     """The equations that are 0/0 at the values, with the limit of that part in its place, and that
     limit."""
     for equation in model.equations:
@@ -179,9 +177,7 @@ def _beside(asked: Asked) -> tuple[Leaf, ...]:
     return tuple(leaf for leaf in found.leaves if leaf.solved)
 
 
-def _between(
-    leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Mapping[str, Value]
-) -> Leaf | None:
+def _between(leaf: Leaf, sides: Sequence[Sequence[Leaf]], inputs: Values) -> Leaf | None:
     """The common limit of the answers that belong to this one; None if they do not converge."""
     nearest = [min(side, key=lambda other: _distance(leaf, other)) for side in sides]
     if max(_distance(leaf, other) for other in nearest) > APART:
@@ -213,7 +209,7 @@ def _distance(one: Leaf, other: Leaf) -> float:
     )
 
 
-def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | None:
+def _standing(model: Model, leaf: Leaf, inputs: Values) -> Leaf | None:
     """The answer with the limits of its rules; None if one of them does not hold, or none is
     0/0."""
     values = leaf.branch.values
@@ -236,7 +232,7 @@ def _standing(model: Model, leaf: Leaf, inputs: Mapping[str, Value]) -> Leaf | N
     return replace(leaf, worst=0.0)
 
 
-def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
+def _holds_beside(equation: Equation, values: Values) -> bool:
     """Whether a rule holds in the limit: its residual on both sides of a point, to first order."""
     line = {name: 1.0 + 0.1 * (k % 3) for k, name in enumerate(equation.names)}
     form = equation.form
@@ -253,9 +249,7 @@ def _holds_beside(equation: Equation, values: Mapping[str, Value]) -> bool:
 # --- blocks whose equations are 0/0 where there would be an answer, or another one ---
 
 
-def undefined_beside(
-    asked: Asked, found: Exploration, known: Mapping[str, Value]
-) -> Iterator[Indeterminacy]:
+def undefined_beside(asked: Asked, found: Exploration, known: Values) -> Iterator[Indeterminacy]:
     """Rules that are 0/0 at points where those of a block hold in the limit, beside the ``known``
     answer."""
     for (step, _), outcome in found.outcomes.items():

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from rulesheets.deadline import TimeIsUp, grace, in_one_chunk, limited, time_limit
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
-from rulesheets.model import Model, Tolerance, Value
+from rulesheets.model import Model, Tolerance, Value, Values
 from solver.accuracy.forward_error import ForwardErrors
 from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
 from solver.leaves import (
@@ -39,7 +39,7 @@ SHOWN = 6
 
 
 @dataclass(frozen=True)
-class Solution(Mapping[str, Value]):
+class Solution(Values):
     """One answer: values by full name, inputs included. Names without a value are absent.
 
     ``worst_residual`` is the largest scaled residual |F| / Σ|∂F/∂v·v| over the rules ``checked``.
@@ -49,7 +49,7 @@ class Solution(Mapping[str, Value]):
     inputs suggest.
     """
 
-    by_name: Mapping[str, Value]
+    by_name: Values
     worst_residual: float = field(default=0.0, repr=False)
     checked: int = 0
     measure: Callable[[], ForwardErrors] | None = field(default=None, repr=False, compare=False)
@@ -104,13 +104,13 @@ class Result(Shown):
     status: Status
     solutions: tuple[Solution, ...]
     complete: bool
-    inputs: Mapping[str, Value]
+    inputs: Values
     guesses: Mapping[str, float]
     wanted: tuple[str, ...]
     undetermined: tuple[str, ...]
     explain: Callable[[], tuple[Diagnosis, ...]] = field(repr=False, compare=False)
     path: Path
-    partial: Mapping[str, Value] = field(default_factory=dict)
+    partial: Values = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
     attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
     gaps: tuple[Diagnosis, ...] = field(default=(), repr=False)
@@ -196,7 +196,7 @@ class Result(Shown):
         found = self.sensitivity(outputs, sizes, answer)
         return ToleranceBands(sizes, found, self._answer(answer))
 
-    def _answer(self, number: int) -> Mapping[str, Value]:
+    def _answer(self, number: int) -> Values:
         """An answer by its number; without answers, the determined values."""
         if not self.solutions:
             return self.partial
@@ -375,9 +375,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove
     )
 
 
-def _near(
-    asked: Asked, inputs: Mapping[str, Value], guesses: Mapping[str, float]
-) -> Mapping[str, Value] | None:
+def _near(asked: Asked, inputs: Values, guesses: Mapping[str, float]) -> Values | None:
     """The answer nearest to the guesses, None if there is none."""
     asked = asked._replace(inputs=inputs, guesses=guesses)
     verdict = judge(asked, explore_required(asked))
@@ -403,7 +401,7 @@ def _explained(asked: Asked, verdict: Verdict) -> tuple[Diagnosis, ...]:
             return explain(asked, verdict, hasty=True)
 
 
-def _path(model: Model, primary: Leaf | None, inputs: Mapping[str, Value]) -> Path:
+def _path(model: Model, primary: Leaf | None, inputs: Values) -> Path:
     if primary is None:
         with suppress(TimeIsUp):
             return planner(model).path(frozenset(inputs), {})

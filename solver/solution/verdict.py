@@ -10,7 +10,7 @@ bars, unless those leave no digit of a value.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from itertools import chain
@@ -19,7 +19,7 @@ from typing import NamedTuple
 from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.digits import in_many_digits
-from rulesheets.model import Model, Value, Variable
+from rulesheets.model import Model, Value, Values, Variable
 from rulesheets.syntax.nodes import Comparison, Name
 from solver import facts
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
@@ -175,7 +175,7 @@ def explore_required(asked: Asked, always: bool = False) -> Exploration:
     return replace(inside, contradicted=contradicted) if better else found
 
 
-def narrowed(model: Model, inputs: Mapping[str, Value]) -> Model | None:
+def narrowed(model: Model, inputs: Values) -> Model | None:
     """The model with the ranges that requirements imply at these inputs; None if they are no
     narrower."""
     variables = dict(model.variables)
@@ -294,9 +294,7 @@ def judge(asked: Asked, found: Exploration) -> Verdict:
     return Verdict(Status.INFEASIBLE, (), () if farthest is None else farthest.reasons)
 
 
-def _curves(
-    model: Model, found: Exploration, inputs: Mapping[str, Value]
-) -> Iterator[facts.Beside]:
+def _curves(model: Model, found: Exploration, inputs: Values) -> Iterator[facts.Beside]:
     """The branches that end with wanted variables free: answers, but not isolated ones."""
     for leaf in found.leaves:
         why = leaf.branch.reasons
@@ -334,7 +332,7 @@ def _continues(answer: Leaf, case: Leaf) -> bool:
     return False
 
 
-def _open(model: Model, leaves: Sequence[Leaf], inputs: Mapping[str, Value]) -> Sequence[Leaf]:
+def _open(model: Model, leaves: Sequence[Leaf], inputs: Values) -> Sequence[Leaf]:
     """The leaves at which something is free, and nothing refused; all, if there are none of these.
 
     One of two roots may lead to a contradiction: that does not affect the other.
@@ -369,7 +367,7 @@ def _fixed(model: Model, leaf: Leaf) -> tuple[Leaf, tuple[facts.Unfixed, ...]]:
     ) if lost else ()
 
 
-def _unfinished(model: Model, leaves: list[Leaf], inputs: Mapping[str, Value]) -> Verdict:
+def _unfinished(model: Model, leaves: list[Leaf], inputs: Values) -> Verdict:
     """Wanted variables are missing: because of values (inactive rules), or of the inputs'
     pattern."""
     leaves = _distinct(model, leaves)

@@ -23,7 +23,7 @@ from rulesheets.inputs import (
     symbol_name,
     variables_named,
 )
-from rulesheets.model import Model, Value, expect
+from rulesheets.model import Model, Value, Values, expect
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked, different
@@ -88,7 +88,7 @@ class Plan:
         model: Model,
         inputs: tuple[str, ...],
         want: tuple[str, ...],
-        given: Mapping[str, Value],
+        given: Values,
         guesses: Mapping[str, float],
         timeout: float | None = None,
     ) -> None:
@@ -137,9 +137,7 @@ class Plan:
             )
         return found, verdict is None
 
-    def _numbers(
-        self, given: tuple[Value | None, ...], named: Mapping[str, Value]
-    ) -> tuple[Value, ...]:
+    def _numbers(self, given: tuple[Value | None, ...], named: Values) -> tuple[Value, ...]:
         """The value of every input, floats and names of symbols; places that a record has filled
         hold None.
 

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from rulesheets.deadline import expect_time
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Values
 from rulesheets.syntax.nodes import degree
 from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
@@ -235,7 +235,7 @@ class _Row(NamedTuple):
     point: CurvePoint
     greatest: bool
     status: Status
-    values: Mapping[str, Value]
+    values: Values
 
 
 _Run: TypeAlias = tuple[Sequence[_Row], bool, str, str]
@@ -260,7 +260,7 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
         return
 
     @cache
-    def answer(place: float) -> Mapping[str, Value]:
+    def answer(place: float) -> Values:
         status, values = system.filled(rows[0].point._replace(z=np.array([place])), want, scale)
         return values if status is Status.SOLVED else {}
 

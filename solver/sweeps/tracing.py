@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined
 from rulesheets.functions import TABLE
-from rulesheets.model import Equation, Value
+from rulesheets.model import Equation, Value, Values
 from rulesheets.syntax.nodes import Call
 from solver.accuracy.rule_sides import sides, size
 from solver.derivatives.linearization import active_equations, slopes
@@ -46,7 +46,7 @@ class CurveSystem:
         self,
         graph: ModelGraph,
         names: tuple[str, ...],
-        fixed: Mapping[str, Value],
+        fixed: Values,
         inputs: frozenset[str],
         span: tuple[float, float],
     ) -> None:

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.deadline import time_limit
-from rulesheets.model import Model, Value, Variable
+from rulesheets.model import Model, Values, Variable
 from rulesheets.registered import run_python
 from solver.facts import Status
 from solver.files.tables import CODES, Array, Table, free_name, stacked
@@ -79,7 +79,7 @@ class Work(NamedTuple):
     model: Model
     inputs: tuple[str, ...]
     want: tuple[str, ...]
-    given: Mapping[str, Value]
+    given: Values
     guesses: Mapping[str, float]
     warmup: tuple[Array, ...] = ()
     every: bool = False

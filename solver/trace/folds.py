@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rulesheets.evaluate import value
-from rulesheets.model import Value
+from rulesheets.model import Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Number, add, call, subtract
 from solver.kernel.block import BlockKernel
@@ -75,7 +75,7 @@ class Case(NamedTuple):
         *steps, residual = chain.assignments
         return chain._replace(assignments=(*steps, *self.limits, residual))
 
-    def excludes(self, values: Mapping[str, Value]) -> bool:
+    def excludes(self, values: Values) -> bool:
         """Whether numbers are outside."""
         return any(not one.low <= value(one.expression, values) <= one.high for one in self.limits)
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from rulesheets.evaluate import differentiate
-from rulesheets.model import Equation, Model, Premise, Requirement, Value, Variable
+from rulesheets.model import Equation, Model, Premise, Requirement, Values, Variable
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, And, Comparison, Expression, Given, Not, Or, subtract
 from solver.accuracy.rule_sides import heights, jumps, symbol_of
@@ -38,7 +38,7 @@ class Pattern(NamedTuple):
     """The fixed part of a question: varying inputs, values of the others, wanted variables."""
 
     inputs: tuple[str, ...]
-    given: Mapping[str, Value]
+    given: Values
     want: tuple[str, ...]
     guesses: Mapping[str, float]
 
@@ -70,7 +70,7 @@ LARGEST = 1e300
 class Guards:
     """A graph in progress, of one model for one pattern, with the decisions of ``sample``."""
 
-    def __init__(self, model: Model, pattern: Pattern, sample: Mapping[str, Value]) -> None:
+    def __init__(self, model: Model, pattern: Pattern, sample: Values) -> None:
         self.model, self.pattern, self.sample = model, pattern, sample
         self.graph = planner(model).graph
         self.flow = Flow()

@@ -15,7 +15,7 @@ from itertools import chain
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Value, Values
 from solver.leaves import Exploration, Leaf
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking, settled
@@ -146,7 +146,7 @@ class Records:
         self.failures += 1
         return False
 
-    def _reaches(self, numbers: Sequence[Value], answers: Sequence[Mapping[str, Value]]) -> bool:
+    def _reaches(self, numbers: Sequence[Value], answers: Sequence[Values]) -> bool:
         """Whether a record gives the answers of a row that its proofs do not cover: they are too
         weak."""
         for program, every in zip(self.programs, self.every, strict=True):
@@ -196,7 +196,7 @@ class Records:
         self._primary.clear()
         self._nearby.clear()
 
-    def _agrees(self, rows: object, answers: Sequence[Mapping[str, Value]]) -> bool:
+    def _agrees(self, rows: object, answers: Sequence[Values]) -> bool:
         if not isinstance(rows, list):
             return False
         names = self.pattern.want
