@@ -4,7 +4,7 @@ block."""
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from typing import NamedTuple
 
@@ -21,7 +21,7 @@ from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
 from solver.kernel import root_check
 from solver.kernel.block import BlockKernel
 from solver.kernel.chain import followed
-from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
+from solver.kernel.problem import BlockProblem, Point, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
 from solver.numerics.tolerances import (
@@ -61,7 +61,7 @@ class Answer(NamedTuple):
     """Values of the unknowns of a block; ``double`` if the answer is not a simple root, ``counted``
     if exact arithmetic has shown that it is a root."""
 
-    values: Mapping[str, float]
+    values: Point
     double: DoubleRoot | None = None
     counted: bool = False
 
@@ -78,7 +78,7 @@ class Candidates:
         self.holes: list[dict[str, float]] = []
         self.unresolved: list[dict[str, float]] = []
         self.miss = math.inf
-        self.nearest: tuple[Mapping[str, float], tuple[float, ...]] = {}, ()
+        self.nearest: tuple[Point, tuple[float, ...]] = {}, ()
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
         self.accidental = False
@@ -200,7 +200,7 @@ class Candidates:
         if counted or (self.has_root_nearby(point, found) and not self._recedes(point)):
             self._add(Answer(point, self._double(point) if multiple else None, counted), errors)
 
-    def _has_fold(self, point: Mapping[str, float], errors: Sequence[float]) -> bool:
+    def _has_fold(self, point: Point, errors: Sequence[float]) -> bool:
         """Whether the Jacobian is singular within the error bars of a point: rounding does not tell
         this answer from another beyond the fold."""
         x = list(point.values())
@@ -218,7 +218,7 @@ class Candidates:
             return False
         return len(signs) > 1
 
-    def _is_corner(self, point: Mapping[str, float], direction: Sequence[float]) -> bool:
+    def _is_corner(self, point: Point, direction: Sequence[float]) -> bool:
         """Whether some rule changes to first order on either side of a point, where its slope is
         taken as 0 at a kink: the only answer beside it is that point."""
         moving = zip(point.values(), direction, strict=True)
@@ -281,7 +281,7 @@ class Candidates:
         self.strays += verdict is root_check.RootCheck.NO_ROOT
         return verdict is root_check.RootCheck.STANDS
 
-    def _recedes(self, point: Mapping[str, float]) -> bool:
+    def _recedes(self, point: Point) -> bool:
         """Whether a point far out is only on the way to a root at infinity: farther out the
         residual, followed along a chain in many digits, is nearer to 0 but not 0."""
         kernel = self.problem.kernel
@@ -324,7 +324,7 @@ class Candidates:
             return
         self.answers.append(found)
 
-    def _open(self, point: Mapping[str, float], errors: Sequence[float], share: float) -> bool:
+    def _open(self, point: Point, errors: Sequence[float], share: float) -> bool:
         """Whether rounding leaves an unknown uncertain by more than that share of its size."""
         sizes = self.problem.sizes_at(list(point.values()))
         return any(error > share * size for error, size in zip(errors, sizes, strict=True))
@@ -352,11 +352,11 @@ class Candidates:
         if not (leads_away or (root is not None and self._is_known(root))):
             self._leave_unresolved(point)
 
-    def _is_known(self, root: Mapping[str, float]) -> bool:
+    def _is_known(self, root: Point) -> bool:
         beside = self.problem.beside
         return any(self.covers(answer, beside(root, answer.values)) for answer in self.answers)
 
-    def separate(self, roots: Sequence[Mapping[str, float]]) -> None:
+    def separate(self, roots: Sequence[Point]) -> None:
         """Record which of these roots, proven to be different, rounding has merged with another:
         points between two close roots may all satisfy the rules as far as floats tell."""
         taken: set[int] = set()
@@ -372,7 +372,7 @@ class Candidates:
                     self.unresolved.append(dict(root))
                 taken.add(nearest)
 
-    def covers(self, answer: Answer, root: Mapping[str, float]) -> bool:
+    def covers(self, answer: Answer, root: Point) -> bool:
         """Whether an answer equals that root, up to rounding."""
         if self._near(root, answer.values, COVERED):
             return True
@@ -414,13 +414,7 @@ class Candidates:
         if (size := float(np.abs(misses).max())) < self.miss and problem.outside(point) is None:
             self.miss, self.nearest = size, (point, tuple(misses.tolist()))
 
-    def _near(
-        self,
-        one: Mapping[str, float],
-        other: Mapping[str, float],
-        tolerance: float,
-        least: float = 0.01,
-    ) -> bool:
+    def _near(self, one: Point, other: Point, tolerance: float, least: float = 0.01) -> bool:
         """Alike, up to a share of their own sizes or of their usual ones; or of the largest number
         in either, if no unknown comes near its usual size."""
         scales = self.problem.scale
@@ -448,12 +442,12 @@ class Candidates:
         return DoubleRoot(self.problem.equations, tuple(moving), moving)
 
 
-def _cleared(point: Mapping[str, float], errors: Sequence[float]) -> dict[str, float]:
+def _cleared(point: Point, errors: Sequence[float]) -> dict[str, float]:
     """The point with 0 for values that are no larger than their error bars."""
     return {n: v if abs(v) > e else 0.0 for (n, v), e in zip(point.items(), errors, strict=True)}
 
 
-def _within(one: Mapping[str, float], other: Mapping[str, float], errors: Sequence[float]) -> bool:
+def _within(one: Point, other: Point, errors: Sequence[float]) -> bool:
     """Whether two points differ by less than rounding."""
     return all(
         abs(v - other[n]) <= 4 * error for (n, v), error in zip(one.items(), errors, strict=True)
@@ -488,10 +482,10 @@ class BlockOutcome(NamedTuple):
     facts: tuple[Fact, ...] = ()
     free: tuple[str, ...] = ()
     attempts: tuple[Attempt, ...] = ()
-    suspects: tuple[Mapping[str, float], ...] = ()
-    holes: tuple[Mapping[str, float], ...] = ()
+    suspects: tuple[Point, ...] = ()
+    holes: tuple[Point, ...] = ()
     stretches: tuple[Undecided, ...] = ()
-    unresolved: tuple[Mapping[str, float], ...] = ()
+    unresolved: tuple[Point, ...] = ()
     whole: bool = False
     doubtful: bool = False
     cut: bool = False

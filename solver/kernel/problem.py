@@ -104,12 +104,12 @@ class Budget:
 
 
 Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
-
-
+Point: TypeAlias = Mapping[str, float]
+"""The values of the unknowns of a block."""
 InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
 """The error of each known number, computed on demand."""
 
-Fits: TypeAlias = Callable[[Mapping[str, float]], bool]
+Fits: TypeAlias = Callable[[Point], bool]
 """Whether an answer of a block lies in the case that was assumed."""
 
 
@@ -161,7 +161,7 @@ class BlockProblem:
     def named(self, x: Sequence[float]) -> dict[str, float]:
         return dict(zip(self.unknowns, map(float, x), strict=True))
 
-    def holds(self, point: Mapping[str, float]) -> bool:
+    def holds(self, point: Point) -> bool:
         """Whether the rule check accepts every equation of the block at the point, of numbers with
         digits."""
         if not all(v == 0.0 or SMALLEST_NORMAL <= abs(v) < math.inf for v in point.values()):
@@ -176,7 +176,7 @@ class BlockProblem:
         self._refusing = refusing or self._refusing
         return refusing is None
 
-    def outside(self, point: Mapping[str, float]) -> str | None:
+    def outside(self, point: Point) -> str | None:
         """The first unknown that leaves its declared range."""
         return next((v.name for v in self.variables if not v.admits(point[v.name])), None)
 
@@ -195,14 +195,14 @@ class BlockProblem:
         unbounded = (v.name for v in self.variables if v.low == -math.inf and v.high == math.inf)
         return {name: turn for name in unbounded if (turn := self.turn(name)) is not None}
 
-    def wrapped(self, point: Mapping[str, float]) -> dict[str, float]:
+    def wrapped(self, point: Point) -> dict[str, float]:
         """Angles without a declared range in (-180, 180], where the rules allow it."""
         moved = dict(point)
         for name, turn in self._free_turns.items():
             moved[name] = within_half_turns(point[name], turn)
         return moved if moved != point and self.holds(moved) else dict(point)
 
-    def beside(self, point: Mapping[str, float], other: Mapping[str, float]) -> dict[str, float]:
+    def beside(self, point: Point, other: Point) -> dict[str, float]:
         """The point with its angles, if without a range, moved by turns next to another's."""
         moved = dict(point)
         for name, turn in self._free_turns.items():
@@ -221,7 +221,7 @@ class BlockProblem:
         """The sizes of the unknowns at a point (n,): at least a share of their typical size."""
         return [max(abs(v), share * size) for v, size in zip(x, self.scale, strict=True)]
 
-    def is_far_out(self, point: Mapping[str, float]) -> bool:
+    def is_far_out(self, point: Point) -> bool:
         """Whether some number is so large that floats of its size absorb ordinary ones."""
         sizes = self.named(self.scale)
         return any(abs(v) * EPS > sizes[name] for name, v in point.items())
@@ -242,7 +242,7 @@ class BlockProblem:
             ]
         )
 
-    def periods(self, point: Mapping[str, float]) -> tuple[float, ...]:
+    def periods(self, point: Point) -> tuple[float, ...]:
         """Sort key: nearest to the guesses; then the least arguments of periodic functions."""
         values = {**self.here, **point}
         try:
@@ -251,16 +251,16 @@ class BlockProblem:
             most = math.inf
         return self._distance(point), most
 
-    def _distance(self, point: Mapping[str, float]) -> float:
+    def _distance(self, point: Point) -> float:
         """The square of the distance from the guesses."""
         apart = [point[name] - self.guesses[name] for name in self.unknowns if name in self.guesses]
         return sum(d * d for d in apart)  # a power would raise where it overflows
 
-    def negatives(self, point: Mapping[str, float]) -> int:
+    def negatives(self, point: Point) -> int:
         """How many numbers other than angles are negative."""
         return sum(v < 0.0 and self.turn(name) is None for name, v in point.items())
 
-    def preference(self, point: Mapping[str, float]) -> tuple[float, ...]:
+    def preference(self, point: Point) -> tuple[float, ...]:
         """Sort key: in the case that was assumed; nearest to the guesses; then fewest negative
         numbers other than angles; then angles by size, other numbers positive first."""
         first = next((name for name in self.kernel.block.tears), self.unknowns[0])
@@ -284,7 +284,7 @@ class Uncertainty(NamedTuple):
 
 
 # a slope is infinite there: nothing speaks for a multiple root
-def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertainty:
+def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
     if len(point) > MANY:
         return _sparse_uncertainty(problem, problem.sparse, point)
@@ -306,9 +306,7 @@ def uncertainty(problem: BlockProblem, point: Mapping[str, float]) -> Uncertaint
     return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
-def _sparse_uncertainty(
-    problem: BlockProblem, sparse: Sparse, point: Mapping[str, float]
-) -> Uncertainty:
+def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Point) -> Uncertainty:
     """The same for a large block. An unknown near 0 is measured by the change that would move one
     of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
     multiplied out, its terms are as large as its moves."""
@@ -332,7 +330,7 @@ def _sparse_uncertainty(
     return Uncertainty((relative * weight).tolist(), steepness, relative)
 
 
-def is_beside_pole(problem: BlockProblem, point: Mapping[str, float], found: Uncertainty) -> bool:
+def is_beside_pole(problem: BlockProblem, point: Point, found: Uncertainty) -> bool:
     """Whether a rule has a divisor that may be 0 within the error bars of a point, however harmless
     its slopes: next to a removable 0/0 they are those of the limit."""
     if len(point) > MANY:

@@ -14,7 +14,7 @@ section 25.2).
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from enum import Enum, auto
 from typing import Any
@@ -24,7 +24,7 @@ from rulesheets.evaluate.digits import context, extended
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import gross, sides
-from solver.kernel.problem import BlockProblem, Uncertainty, is_beside_pole, uncertainty
+from solver.kernel.problem import BlockProblem, Point, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.elimination import eliminate
 from solver.numerics.tolerances import (
     ASTRAY,
@@ -38,7 +38,7 @@ from solver.numerics.tolerances import (
 )
 
 
-def is_clearly_violated(problem: BlockProblem, point: Mapping[str, float]) -> bool:
+def is_clearly_violated(problem: BlockProblem, point: Point) -> bool:
     """Whether a computed point is clearly not an answer: the residual of an equation exceeds a
     share of its terms, and the rounding of the point. A number that cancellation has left without
     digits does not count against the others."""
@@ -115,7 +115,7 @@ class RootCheck(Enum):
 
 
 def check_root(
-    problem: BlockProblem, point: Mapping[str, float], found: Uncertainty
+    problem: BlockProblem, point: Point, found: Uncertainty
 ) -> tuple[RootCheck, dict[str, float]]:
     """Solve on from a point at which every rule holds to rounding, with this uncertainty; return
     the result and the end point."""
@@ -168,10 +168,7 @@ def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:
 
 
 def root_beside(
-    problem: BlockProblem,
-    point: Mapping[str, float],
-    reach: float = NEAR * FAR,
-    most: int = ITERATIONS,
+    problem: BlockProblem, point: Point, reach: float = NEAR * FAR, most: int = ITERATIONS
 ) -> tuple[dict[str, float] | None, bool]:
     """The root at which Newton's method converges, in a few steps, within a reach relative to the
     unknowns; and whether it leads away. Then no root is near, although other rules derived from the
