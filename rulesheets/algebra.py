@@ -21,33 +21,13 @@ from rulesheets.format import ROWS, Latex, Notation, html_table, more
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
 from rulesheets.model import Equation, Model, Requirement, Variable
-from rulesheets.syntax import Span
-from rulesheets.syntax.nodes import (
-    And,
-    Call,
-    Comparison,
-    Condition,
-    Expression,
-    Given,
-    Name,
-    Negative,
-    Not,
-    Number,
-    Or,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    Symbol,
-    chain,
-    conjunction,
-)
+from rulesheets.syntax import Span, nodes
 
 Form: TypeAlias = Callable[..., Any]
 
 
 def _form(row: Function) -> Form:
-    def defined(template: Expression, places: Mapping[str, Any]) -> Any:
+    def defined(template: nodes.Expression, places: Mapping[str, Any]) -> Any:
         return mathematics(template).subs(places, simultaneous=True)
 
     form: Form = row.form("sympy", sympy, defined) or sympy.Function(row.name)
@@ -60,43 +40,43 @@ MATHEMATICS = Forms(TABLE, _form)
 _RELATIONS = {"=": "Eq", "<>": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
 
 
-def mathematics(node: Expression) -> Any:
+def mathematics(node: nodes.Expression) -> Any:
     """An expression in sympy, which reorders arithmetic.
 
     Variables are symbols with their full names; so is the symbol ``'open``, by this name.
     """
     match node:
-        case Number(value):
+        case nodes.Number(value):
             return number(value)
-        case Name(name):
+        case nodes.Name(name):
             return sympy.Symbol(name)
-        case Symbol(name):
+        case nodes.Symbol(name):
             return sympy.Symbol(f"'{name}")
-        case Negative(operand):
+        case nodes.Negative(operand):
             return -mathematics(operand)
-        case Sum(terms):
+        case nodes.Sum(terms):
             return sympy.Add(*map(mathematics, terms))
-        case Product() | Quotient():
-            parts = ((sign, mathematics(factor)) for sign, factor in chain(node))
+        case nodes.Product() | nodes.Quotient():
+            parts = ((sign, mathematics(factor)) for sign, factor in nodes.chain(node))
             return sympy.Mul(*(part if sign == "*" else 1 / part for sign, part in parts))
-        case Power(base, exponent):
+        case nodes.Power(base, exponent):
             return sympy.Pow(mathematics(base), mathematics(exponent))
-        case Call(function, arguments):
+        case nodes.Call(function, arguments):
             return MATHEMATICS[function](*map(mathematics, arguments))
 
 
-def _condition(node: Condition) -> Any:
+def _condition(node: nodes.Condition) -> Any:
     match node:
-        case Comparison(operator, left, right):
+        case nodes.Comparison(operator, left, right):
             relation = getattr(sympy, _RELATIONS[operator])
             return relation(mathematics(left), mathematics(right), evaluate=False)
-        case And(terms):
+        case nodes.And(terms):
             return sympy.And(*map(_condition, terms), evaluate=False)
-        case Or(terms):
+        case nodes.Or(terms):
             return sympy.Or(*map(_condition, terms), evaluate=False)
-        case Not(term):
+        case nodes.Not(term):
             return sympy.Not(_condition(term), evaluate=False)
-        case Given(name):
+        case nodes.Given(name):
             return sympy.Symbol(f"given('{name})")
 
 
@@ -121,7 +101,7 @@ def sympy_equations(model: Model) -> tuple[SympyEquation, ...]:
     for equation in model.equations:
         sides = sympy.Eq(mathematics(equation.left), mathematics(equation.right), evaluate=False)
         outcomes = model.outcomes(equation.guard)
-        guard = _condition(conjunction(outcomes)) if outcomes else sympy.true
+        guard = _condition(nodes.conjunction(outcomes)) if outcomes else sympy.true
         found.append(SympyEquation(sides, guard, equation.rule))
     return tuple(found)
 
@@ -153,22 +133,22 @@ def _row(rule: Equation | Requirement, model: Model, latex: bool) -> str:
         row = f"{left} {'&=' if latex else '='} {right}"
     if not rule.guard:
         return row
-    guard = notation.written(conjunction(model.outcomes(rule.guard), _not))
+    guard = notation.written(nodes.conjunction(model.outcomes(rule.guard), _not))
     return rf"{row} && \text{{if }} {guard}" if latex else f"{row}   if {guard}"
 
 
-def _not(condition: Condition) -> Condition:
+def _not(condition: nodes.Condition) -> nodes.Condition:
     """The opposite of a condition, without ``not`` if it is a single comparison.
 
     The opposite of ``<`` is not ``>=``: compared with a symbol both are false.
     """
     match condition:
-        case Comparison(operator, left, right) if operator in _NEGATED:
-            return Comparison(_NEGATED[operator], left, right)
-        case Not(term):
+        case nodes.Comparison(operator, left, right) if operator in _NEGATED:
+            return nodes.Comparison(_NEGATED[operator], left, right)
+        case nodes.Not(term):
             return term
         case _:
-            return Not(condition)
+            return nodes.Not(condition)
 
 
 def model_html(model: Model) -> str:

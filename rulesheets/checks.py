@@ -23,21 +23,10 @@ from rulesheets.diagnosis import (
 )
 from rulesheets.functions import PLANNED, TABLE
 from rulesheets.syntax import LIKE_PI, Span, nodes
-from rulesheets.syntax.nodes import (
-    Call,
-    Condition,
-    Expression,
-    Figure,
-    Mark,
-    Name,
-    Symbol,
-    names_of,
-    walk,
-)
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 
 
-def check(program: Program) -> list[Expression | Condition]:
+def check(program: Program) -> list[nodes.Expression | nodes.Condition]:
     """The nodes of all rules (of rules of one form, those of the first).
 
     Raises RuleSheetError with every complaint about names, symbols and calls, scope by scope.
@@ -100,10 +89,10 @@ class Scope:
             kept.setdefault(id(body) if like is None else like.form, body)
         split = (components(body, program.functions) for body in kept.values())
         self.parts = [part for parts in split for part in parts]
-        self.every = walk(*(one for part in self.parts for one in part.parts))
+        self.every = nodes.walk(*(one for part in self.parts for one in part.parts))
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts if each else every:
-            for name in names_of(part):
+            for name in nodes.names_of(part):
                 self.places.setdefault(name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
         both = (*self.parts, *self.every)
@@ -112,7 +101,7 @@ class Scope:
 
     def place(self, name: str) -> Span | None:
         """The first place of a variable in the rules."""
-        inside = walk(*self.places[name].parts)
+        inside = nodes.walk(*self.places[name].parts)
         named = (node for node in inside if isinstance(node, nodes.Name) and node.name == name)
         return next(named).span
 
@@ -325,7 +314,7 @@ def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
     ends = (end for limits in ranges for end in (limits.lower, limits.upper))
     for end in (end for end in ends if end is not None):
         yield from check_constant(end)
-        for node in walk(end):
+        for node in nodes.walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:
                 message = f"the end of a range names {node.name}, not a variable of this sheet"
                 note = f"no rule and no other row names {node.name}"
@@ -370,7 +359,7 @@ def _symbols_in(node: nodes.Expression | nodes.Condition) -> Iterator[Diagnosis]
 
 def check_constant(expression: nodes.Expression) -> Iterator[Diagnosis]:
     """An input as written: numbers and built-in functions, without arithmetic on symbols."""
-    for node in walk(expression):
+    for node in nodes.walk(expression):
         if isinstance(node, nodes.Call):
             yield from check_builtin(node)
         yield from _symbols_in(node)
@@ -442,15 +431,15 @@ ARROWS = ("vector", "normal", "tangential", "sliding", "coriolis")
 MARK_SHAPE = "a line of a figure reads point A = (x, y), line (O, A) or slider (B, 0)"
 
 
-def marks_of(figure: Figure) -> tuple[Mark, ...]:
+def marks_of(figure: nodes.Figure) -> tuple[nodes.Mark, ...]:
     """The lines of a figure without comment lines."""
-    return tuple(mark for mark in figure.marks if isinstance(mark, Mark))
+    return tuple(mark for mark in figure.marks if isinstance(mark, nodes.Mark))
 
 
-def parts(mark: Mark) -> tuple[tuple[Name, ...], tuple[Expression, ...]]:
+def parts(mark: nodes.Mark) -> tuple[tuple[nodes.Name, ...], tuple[nodes.Expression, ...]]:
     """The points that a line names, and the expressions that it evaluates."""
     named = mark.arguments[: KINDS[mark.kind].points]
-    points = tuple(node for node in named if isinstance(node, Name))
+    points = tuple(node for node in named if isinstance(node, nodes.Name))
     return points, mark.arguments[len(named) :]
 
 
@@ -459,13 +448,13 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
 
     ``variables`` are all variables of the model by their full names, locals of calls included.
     """
-    first: dict[str, Figure] = {}
+    first: dict[str, nodes.Figure] = {}
     for figure in program.sheet.figures:
         earlier = first.setdefault(figure.name, figure)
         if earlier is not figure:
             places = (one.span and one.span.part(0, len("figure")) for one in (figure, earlier))
             yield _twice("figure", figure.name, *places)
-        points: dict[str, Mark] = {}
+        points: dict[str, nodes.Mark] = {}
         for mark in marks_of(figure):
             if mark.kind in PLACES and mark.name is not None:
                 before = points.setdefault(mark.name, mark)
@@ -483,19 +472,19 @@ def check_figures(program: Program, variables: Collection[str]) -> Iterator[Diag
 
 
 def _check_expression(
-    expression: Expression, variables: Collection[str], functions: Collection[str]
+    expression: nodes.Expression, variables: Collection[str], functions: Collection[str]
 ) -> Iterator[Diagnosis]:
-    for node in walk(expression):
-        if isinstance(node, Name) and node.name not in variables:
+    for node in nodes.walk(expression):
+        if isinstance(node, nodes.Name) and node.name not in variables:
             notes = meant(node.name, variables) or ("a figure names variables of the rules",)
             yield error_at("E230", f"there is no variable {node.name}", node.span, *notes)
-        elif isinstance(node, Call) and node.function in functions:
+        elif isinstance(node, nodes.Call) and node.function in functions:
             message = f"a figure cannot call {node.function}, which is a function of rules"
             note = "call it in a rule, and name its results here"
             yield error_at("E201", message, name_in(node), note)
-        elif isinstance(node, Call):
+        elif isinstance(node, nodes.Call):
             yield from check_builtin(node, (), variables)
-        elif isinstance(node, Symbol):
+        elif isinstance(node, nodes.Symbol):
             message = f"the symbol '{node.name} is not a coordinate"
             yield error_at("E233", message, node.span, "a figure is drawn from numbers")
 
@@ -506,7 +495,7 @@ def _twice(what: str, name: str, again: Span | None, first: Span | None) -> Diag
     return error("E232", f"the {what} {name} is defined twice", *places, notes=(note,))
 
 
-def wrong_mark(mark: Mark) -> Diagnosis | None:
+def wrong_mark(mark: nodes.Mark) -> Diagnosis | None:
     """The mistake in a line of a figure that the grammar accepts: its kind, or a missing part."""
     kind = KINDS.get(mark.kind)
     if kind is None:
@@ -525,7 +514,7 @@ def wrong_mark(mark: Mark) -> Diagnosis | None:
     if message:
         return error_at("E131", message, mark.span, f"write {kind.example}")
     for argument in mark.arguments[: kind.points]:
-        if not isinstance(argument, Name) or "." in argument.name:
+        if not isinstance(argument, nodes.Name) or "." in argument.name:
             note = f"name a point of the figure, as in {kind.example}"
             return error_at("E131", "this is not the name of a point", argument.span, note)
     return None

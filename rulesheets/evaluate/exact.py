@@ -11,18 +11,7 @@ from typing import Any
 
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Symbol,
-    names,
-    rebuilt,
-)
+from rulesheets.syntax import nodes
 
 LARGEST, LONGEST = 64, 20_000
 """Exponents beyond which numbers are not multiplied out, and binary digits of a power."""
@@ -44,18 +33,18 @@ class Rationals(Arithmetic[Fraction]):
     def __init__(self, numbers: Mapping[str, Fraction], pi: Fraction | None) -> None:
         self.numbers, self.pi = numbers, pi
 
-    def number(self, node: Number) -> Fraction:
+    def number(self, node: nodes.Number) -> Fraction:
         return Fraction(node.value)
 
-    def name(self, node: Name) -> Fraction:
+    def name(self, node: nodes.Name) -> Fraction:
         if node.name not in self.numbers:
             raise Inexact(node.name)
         return self.numbers[node.name]
 
-    def symbol(self, node: Symbol) -> Fraction:
+    def symbol(self, node: nodes.Symbol) -> Fraction:
         raise Inexact(node.name)
 
-    def product(self, node: Product) -> Fraction:
+    def product(self, node: nodes.Product) -> Fraction:
         """The product; 0 if a factor is 0 and the other one a number, exactly known or not."""
         factors = []
         for one, other in ((node.left, node.right), (node.right, node.left)):
@@ -67,19 +56,19 @@ class Rationals(Arithmetic[Fraction]):
             raise Inexact("*")
         return factors[0] * factors[1]
 
-    def _is_number(self, expression: Expression) -> bool:
+    def _is_number(self, expression: nodes.Expression) -> bool:
         """Whether a factor has a value, exactly known or not."""
         with suppress(Undefined, KeyError, OverflowError):
-            near = {name: float(self.numbers[name]) for name in names(expression)}
+            near = {name: float(self.numbers[name]) for name in nodes.names(expression)}
             return isfinite(value(expression, near))
         return False
 
-    def divided(self, node: Quotient, above: Fraction, below: Fraction) -> Fraction:
+    def divided(self, node: nodes.Quotient, above: Fraction, below: Fraction) -> Fraction:
         if not below:
             raise Inexact("/")
         return above / below
 
-    def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
+    def raised(self, node: nodes.Power, base: Fraction, exponent: Fraction) -> Fraction:
         if base == 1 or exponent == 0:
             return Fraction(1)
         if base == 0 and exponent > 0:
@@ -92,7 +81,7 @@ class Rationals(Arithmetic[Fraction]):
             raise Inexact("^")
         return base ** int(exponent)
 
-    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+    def applied(self, node: nodes.Call, arguments: list[Fraction]) -> Fraction:
         match node.function, arguments:
             case "pi", [] if self.pi is not None:
                 return self.pi
@@ -111,7 +100,7 @@ class Rationals(Arithmetic[Fraction]):
 class Decimals(Rationals):
     """Rational numbers, a float being the shortest decimal that leads to it: 0.1 is 1/10."""
 
-    def number(self, node: Number) -> Fraction:
+    def number(self, node: nodes.Number) -> Fraction:
         return as_written(node.value)
 
 
@@ -120,10 +109,10 @@ def as_written(number: float) -> Fraction:
     return Fraction(repr(float(number)))
 
 
-def cancels_as_written(expression: Expression, values: Mapping[str, Any]) -> bool:
+def cancels_as_written(expression: nodes.Expression, values: Mapping[str, Any]) -> bool:
     """Whether an expression is 0 with the decimals of its numbers, as ``0.1*3 - 0.3``."""
     with suppress(Inexact, KeyError):
-        read = {name: as_written(values[name]) for name in names(expression)}
+        read = {name: as_written(values[name]) for name in nodes.names(expression)}
         return not Decimals(read, None).of(expression)
     return False
 
@@ -139,25 +128,25 @@ class Independent(Decimals):
         super().__init__(numbers, None)
         self._chosen, self._random = dict[Any, Fraction](), Random(0)
 
-    def is_zero(self, expression: Expression) -> bool:
+    def is_zero(self, expression: nodes.Expression) -> bool:
         with suppress(Inexact):
             return self.of(expression) == 0
         return False
 
-    def raised(self, node: Power, base: Fraction, exponent: Fraction) -> Fraction:
+    def raised(self, node: nodes.Power, base: Fraction, exponent: Fraction) -> Fraction:
         try:
             return super().raised(node, base, exponent)
         except Inexact:
-            return self._instead(Name("b") ** Name("e"), b=base, e=exponent)
+            return self._instead(nodes.Name("b") ** nodes.Name("e"), b=base, e=exponent)
 
-    def applied(self, node: Call, arguments: list[Fraction]) -> Fraction:
+    def applied(self, node: nodes.Call, arguments: list[Fraction]) -> Fraction:
         try:
             return super().applied(node, arguments)
         except Inexact:
             named = {f"a{k}": number for k, number in enumerate(arguments)}
-            return self._instead(Call(node.function, tuple(map(Name, named))), **named)
+            return self._instead(nodes.Call(node.function, tuple(map(nodes.Name, named))), **named)
 
-    def _instead(self, operation: Expression, **numbers: Fraction) -> Fraction:
+    def _instead(self, operation: nodes.Expression, **numbers: Fraction) -> Fraction:
         """The number for a value, if there is one and it is finite."""
         try:
             near = value(operation, {name: float(v) for name, v in numbers.items()})
@@ -208,14 +197,14 @@ def with_round_values(expression: Any) -> Any:
     for part in parts:  # a loop, for one frame a level: trees may be hundreds of levels deep
         found.append(with_round_values(part))
     if any(new is not old for new, old in zip(found, parts, strict=True)):
-        expression = rebuilt(expression, tuple(found))
-    if isinstance(expression, Call) and expression.function in ("sin", "cos", "tan"):
+        expression = nodes.rebuilt(expression, tuple(found))
+    if isinstance(expression, nodes.Call) and expression.function in ("sin", "cos", "tan"):
         try:
             # q where the angle is written as q·π: the same share of either stand-in for π
             shares = {Rationals({}, pi).of(expression.arguments[0]) / pi for pi in _STAND_INS}
             if len(shares) == 1:
                 number = known(f"{expression.function}d", 180 * shares.pop())
-                return Number(float(number), expression.span)
+                return nodes.Number(float(number), expression.span)
         except Inexact:
             pass
     return expression

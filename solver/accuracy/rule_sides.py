@@ -13,17 +13,7 @@ from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, val
 from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import named
 from rulesheets.model import Equation, Value, Values, once
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Number,
-    Symbol,
-    calls,
-    map_leaves,
-    terms,
-    walk,
-)
+from rulesheets.syntax import nodes
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
 MANY = 30
@@ -113,18 +103,18 @@ def size(equation: Equation, values: Values) -> float:
     return total if math.isfinite(total) else math.inf
 
 
-def symbol_of(side: Expression, values: Values) -> str | None:
+def symbol_of(side: nodes.Expression, values: Values) -> str | None:
     """The symbol that a side is, or that its variable has; None for a number."""
-    if isinstance(side, Symbol):
+    if isinstance(side, nodes.Symbol):
         return side.name
-    found = values.get(side.name) if isinstance(side, Name) else None
+    found = values.get(side.name) if isinstance(side, nodes.Name) else None
     return found if isinstance(found, str) else None
 
 
 def gross(equation: Equation, values: Values) -> float:
     """The size of the terms of an equation before they cancel: the scale of its rounding errors."""
     try:
-        return sum(abs(value(term, values)) for term in terms(*equation.sides))
+        return sum(abs(value(term, values)) for term in nodes.terms(*equation.sides))
     except Undefined:
         return math.inf
 
@@ -132,18 +122,18 @@ def gross(equation: Equation, values: Values) -> float:
 @once
 def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps."""
-    return any(call.function in _JUMPING for call in calls(*equation.sides))
+    return any(call.function in _JUMPING for call in nodes.calls(*equation.sides))
 
 
-def heights(equation: Equation) -> Iterator[tuple[str, Expression]]:
+def heights(equation: Equation) -> Iterator[tuple[str, nodes.Expression]]:
     """The functions with jumps, each with the expression for the distance from its jumps."""
-    for node in walk(*equation.sides):
+    for node in nodes.walk(*equation.sides):
         match node:
-            case Call("int" | "frac" | "round" | "sgn" as function, (x,)):
+            case nodes.Call("int" | "frac" | "round" | "sgn" as function, (x,)):
                 yield function, x
-            case Call("mod", (x, y)):
+            case nodes.Call("mod", (x, y)):
                 yield "int", x / y
-            case Call("step", (x, a)):
+            case nodes.Call("step", (x, a)):
                 yield "step", x - a
 
 
@@ -169,24 +159,24 @@ def half_unit(number: float) -> float:
     return 0.0 if short else abs(number) * UNIT_ROUNDOFF
 
 
-def with_named_numbers(expression: Expression, numbers: dict[str, float]) -> Expression:
+def with_named_numbers(expression: nodes.Expression, numbers: dict[str, float]) -> nodes.Expression:
     """The expression with names for its numbers that have last places; ``numbers`` receives their
     values.
 
     A number that is written twice is one number with one error.
     """
 
-    def named(leaf: Name | Number | Symbol) -> Expression:
-        if not isinstance(leaf, Number) or not half_unit(leaf.value):
+    def named(leaf: nodes.Name | nodes.Number | nodes.Symbol) -> nodes.Expression:
+        if not isinstance(leaf, nodes.Number) or not half_unit(leaf.value):
             return leaf
         name = f"#{leaf.value!r}"
         numbers[name] = leaf.value
-        return Name(name)
+        return nodes.Name(name)
 
-    return map_leaves(expression, named)
+    return nodes.map_leaves(expression, named)
 
 
-def uncertainty(expression: Expression, values: Values, known: Mapping[str, float]) -> float:
+def uncertainty(expression: nodes.Expression, values: Values, known: Mapping[str, float]) -> float:
     """The possible error of an expression if its numbers, by name, have the errors ``known``.
 
     Its own numbers have errors in their last places. Infinite if a slope has no value.

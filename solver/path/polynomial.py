@@ -13,21 +13,7 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import TypeAlias
 
-from rulesheets.syntax.nodes import (
-    ONE,
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    add,
-    call,
-    names,
-)
+from rulesheets.syntax import nodes
 
 Monomial: TypeAlias = tuple[tuple[str, int], ...]
 """Generators with their exponents, sorted."""
@@ -125,7 +111,7 @@ class Polynomial(dict[Monomial, Fraction]):
                 reduced = total
         return reduced
 
-    def expression(self, meaning: Mapping[str, Expression], by: str = "") -> Expression:
+    def expression(self, meaning: Mapping[str, nodes.Expression], by: str = "") -> nodes.Expression:
         """As an expression; ``meaning`` gives the expression of every generator. Terms are
         collected ``by`` one of them, so that it occurs once for each of its powers (W. G. Horner's
         form)."""
@@ -135,15 +121,15 @@ class Polynomial(dict[Monomial, Fraction]):
             for power in reversed(range(degree)):
                 found = found * meaning[by] + parts.get(power, Polynomial()).expression(meaning)
             return found
-        terms: list[Expression] = []
+        terms: list[nodes.Expression] = []
         for monomial, coefficient in self.items():
-            product: Expression = ONE
+            product: nodes.Expression = nodes.ONE
             for name, exponent in monomial:
                 product = product * meaning[name] ** float(exponent)
             if abs(coefficient) != 1:
                 product = float(abs(coefficient)) * product
             terms.append(product if coefficient > 0 else -product)
-        return add(*terms)
+        return nodes.add(*terms)
 
 
 def constant(value: float | Fraction) -> Polynomial:
@@ -155,9 +141,9 @@ def generator(name: str) -> Polynomial:
 
 
 def in_parts(
-    expression: Expression,
-    number: Callable[[Expression], Fraction | None],
-    meaning: dict[Expression, str],
+    expression: nodes.Expression,
+    number: Callable[[nodes.Expression], Fraction | None],
+    meaning: dict[nodes.Expression, str],
 ) -> Polynomial:
     """An expression as a sum of products of powers, negative ones too; ``number`` gives the known
     parts.
@@ -167,40 +153,42 @@ def in_parts(
     and NoForm.
     """
 
-    def part(node: Expression) -> Polynomial:
+    def part(node: nodes.Expression) -> Polynomial:
         known = number(node)
         match node:
             case _ if known is not None:
                 return constant(known)
-            case Number(value):
+            case nodes.Number(value):
                 return constant(value)
-            case Name(name):
+            case nodes.Name(name):
                 return generator(name)
-            case Negative(operand):
+            case nodes.Negative(operand):
                 return -part(operand)
-            case Sum(terms):
+            case nodes.Sum(terms):
                 return Polynomial.of(item for term in terms for item in part(term).items())
-            case Product(left, right) if number(left) is not None or number(right) is not None:
+            case nodes.Product(left, right) if (
+                number(left) is not None or number(right) is not None
+            ):
                 return part(left) * part(right)
-            case Product(left, right):
+            case nodes.Product(left, right):
                 return factor(left) * factor(right)
-            case Quotient(left, right):
+            case nodes.Quotient(left, right):
                 return (factor if number(right) is None else part)(left) * raised(right, -1)
-            case Power(base, Number(exponent)) if exponent in range(1, 65):
+            case nodes.Power(base, nodes.Number(exponent)) if exponent in range(1, 65):
                 return raised(base, int(exponent))
         return named(node)
 
-    def factor(node: Expression) -> Polynomial:
+    def factor(node: nodes.Expression) -> Polynomial:
         found = part(node)
         return found if len(found) < 2 else named(node)
 
-    def raised(node: Expression, exponent: int) -> Polynomial:
+    def raised(node: nodes.Expression, exponent: int) -> Polynomial:
         if not (base := factor(node)):
             raise ZeroDivisionError
         ((monomial, coefficient),) = base.items()
         return Polynomial({tuple((n, e * exponent) for n, e in monomial): coefficient**exponent})
 
-    def named(node: Expression) -> Polynomial:
+    def named(node: nodes.Expression) -> Polynomial:
         return generator(meaning.setdefault(node, f"#{len(meaning)}"))
 
     return part(expression)
@@ -216,65 +204,67 @@ class Generators:
 
     unknowns: frozenset[str]
     turning: Collection[str]
-    meaning: dict[str, Expression] = field(default_factory=dict)
+    meaning: dict[str, nodes.Expression] = field(default_factory=dict)
     pairs: dict[str, str] = field(default_factory=dict)
     angles: dict[str, tuple[str, str, str]] = field(default_factory=dict)
     open: set[str] = field(default_factory=set)
     roots: list[str] = field(default_factory=list)
     extra: list[Polynomial] = field(default_factory=list)
 
-    def polynomial(self, node: Expression) -> Polynomial:
+    def polynomial(self, node: nodes.Expression) -> Polynomial:
         """A part without unknowns: opened as far as it is a polynomial, else a generator of its
         own.
 
         Raises NoForm for a part with unknowns that is not a polynomial.
         """
-        known = not self.unknowns.intersection(names(node))
+        known = not self.unknowns.intersection(nodes.names(node))
         match node:
-            case Number(value):
+            case nodes.Number(value):
                 return constant(value)
-            case Name(name):
+            case nodes.Name(name):
                 if name in self.angles:
                     raise NoForm
                 self.meaning[name] = node
                 if not known:
                     self.open.add(name)
                 return generator(name)
-            case Negative(operand):
+            case nodes.Negative(operand):
                 return -self.polynomial(operand)
-            case Sum(terms):
+            case nodes.Sum(terms):
                 return Polynomial.of(
                     item for term in terms for item in self.polynomial(term).items()
                 )
-            case Product(left, right):
+            case nodes.Product(left, right):
                 return (self.polynomial(left) * self.polynomial(right)).reduced(self.pairs)
-            case Quotient(left, Number(value)) if value:
+            case nodes.Quotient(left, nodes.Number(value)) if value:
                 return self.polynomial(left) * (1 / Fraction(value))
-            case Power(base, Number(value)) if value == 2.0 or (value in (3.0, 4.0) and not known):
+            case nodes.Power(base, nodes.Number(value)) if value == 2.0 or (
+                value in (3.0, 4.0) and not known
+            ):
                 inner = raised = self.polynomial(base)
                 for _ in range(int(value) - 1):
                     raised = (raised * inner).reduced(self.pairs)
                 return raised
-            case Call(function, (argument,)) if function in CIRCULAR:
+            case nodes.Call(function, (argument,)) if function in CIRCULAR:
                 return self._circular(function, argument)
             case _ if known:
                 return generator(self._named(node))
-            case Quotient(left, right) if not self.unknowns.intersection(names(right)):
+            case nodes.Quotient(left, right) if not self.unknowns.intersection(nodes.names(right)):
                 return self.polynomial(left) * generator(self._named(1.0 / right))
-            case Quotient(left, right):  # one more unknown, and a product
+            case nodes.Quotient(left, right):  # one more unknown, and a product
                 dividend, quotient = self.polynomial(left), self._auxiliary()
                 self.extra.append(
                     (quotient * self.polynomial(right)).reduced(self.pairs) - dividend
                 )
                 return quotient
-            case Power(base, Number(0.5)) | Call("sqrt", (base,)):
+            case nodes.Power(base, nodes.Number(0.5)) | nodes.Call("sqrt", (base,)):
                 inside, root = self.polynomial(base), self._auxiliary()
                 self.roots += root.generators
                 self.extra.append(root * root - inside)
                 return root
         raise NoForm
 
-    def _named(self, node: Expression) -> str:
+    def _named(self, node: nodes.Expression) -> str:
         """The generator of a known part that is not opened."""
         for name, meaning in self.meaning.items():
             if meaning == node:
@@ -285,13 +275,13 @@ class Generators:
 
     def _auxiliary(self) -> Polynomial:
         name = f"#u{len(self.meaning)}"
-        self.meaning[name] = Name(name)
+        self.meaning[name] = nodes.Name(name)
         self.open.add(name)
         return generator(name)
 
     # --- angles ---
 
-    def _circular(self, function: str, argument: Expression) -> Polynomial:
+    def _circular(self, function: str, argument: nodes.Expression) -> Polynomial:
         """By the sums of angles ``±name ± name + 90·quarters + rest`` of which the rest is
         known."""
         unit, cosine = CIRCULAR[function], function.startswith("cos")
@@ -299,8 +289,8 @@ class Generators:
         if turns is not None and unit:
             whole = (1.0, 0.0, -1.0, 0.0)
             return constant(whole[(turns if cosine else turns - 1) % 4])
-        terms = argument.terms if isinstance(argument, Sum) else (argument,)
-        unknown = [term for term in terms if self.unknowns.intersection(names(term))]
+        terms = argument.terms if isinstance(argument, nodes.Sum) else (argument,)
+        unknown = [term for term in terms if self.unknowns.intersection(nodes.names(term))]
         bases = unknown or [term for term in terms if name_of(term)][:1]
         if not all(map(name_of, bases)):
             raise NoForm
@@ -316,11 +306,13 @@ class Generators:
         (c, s), *others = [self._turned(base, unit, bool(unknown)) for base in bases]
         for _ in range(quarters % 4):
             c, s = -s, c
-        for cos, sin in (*others, self._pair(add(*rest), unit)) if rest else others:
+        for cos, sin in (*others, self._pair(nodes.add(*rest), unit)) if rest else others:
             c, s = (c * cos - s * sin).reduced(self.pairs), (s * cos + c * sin).reduced(self.pairs)
         return c if cosine else s
 
-    def _turned(self, base: Expression, unit: str, unknown: bool) -> tuple[Polynomial, Polynomial]:
+    def _turned(
+        self, base: nodes.Expression, unit: str, unknown: bool
+    ) -> tuple[Polynomial, Polynomial]:
         """The cosine and the sine of a name with either sign."""
         name = name_of(base)
         if unknown:
@@ -331,27 +323,27 @@ class Generators:
                 raise NoForm
             self.pairs[sine] = cosine
             self.open.update((cosine, sine))
-            self.meaning.update({cosine: Name(cosine), sine: Name(sine)})
+            self.meaning.update({cosine: nodes.Name(cosine), sine: nodes.Name(sine)})
             c, s = generator(cosine), generator(sine)
         else:
-            c, s = self._pair(Name(name), unit)
-        return c, -s if isinstance(base, Negative) else s
+            c, s = self._pair(nodes.Name(name), unit)
+        return c, -s if isinstance(base, nodes.Negative) else s
 
-    def _pair(self, argument: Expression, unit: str) -> tuple[Polynomial, Polynomial]:
-        cosine = self._named(call("cos" + unit, argument))
-        sine = self._named(call("sin" + unit, argument))
+    def _pair(self, argument: nodes.Expression, unit: str) -> tuple[Polynomial, Polynomial]:
+        cosine = self._named(nodes.call("cos" + unit, argument))
+        sine = self._named(nodes.call("sin" + unit, argument))
         self.pairs[sine] = cosine
         return generator(cosine), generator(sine)
 
 
-def name_of(term: Expression) -> str:
+def name_of(term: nodes.Expression) -> str:
     """The name of a term, with either sign; blank if it is not a name."""
-    inner = term.operand if isinstance(term, Negative) else term
-    return inner.name if isinstance(inner, Name) else ""
+    inner = term.operand if isinstance(term, nodes.Negative) else term
+    return inner.name if isinstance(inner, nodes.Name) else ""
 
 
-def right_angles(term: Expression, quarter: float) -> int | None:
+def right_angles(term: nodes.Expression, quarter: float) -> int | None:
     """A term as a number of right angles."""
-    inner, sign = (term.operand, -1) if isinstance(term, Negative) else (term, 1)
-    count = sign * inner.value / quarter if isinstance(inner, Number) else 0.5
+    inner, sign = (term.operand, -1) if isinstance(term, nodes.Negative) else (term, 1)
+    count = sign * inner.value / quarter if isinstance(inner, nodes.Number) else 0.5
     return int(count) if count == int(count) and abs(count) < 1e6 else None

@@ -14,19 +14,7 @@ from typing import NamedTuple
 
 from rulesheets.evaluate import Undefined, differentiate
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-    names,
-    walk,
-)
+from rulesheets.syntax import nodes
 from solver.accuracy.rule_sides import moves_of, sides
 from solver.numerics.tolerances import BACKWARD
 from solver.trace.flow import LIBRARY, Flow, Numbers
@@ -44,9 +32,9 @@ def noise(rule: Equation, points: Sequence[Mapping[str, float]]) -> float:
     """The rounding of a rule in a record, as a share of what its check admits: the largest at some
     points, the first of them the sample."""
     doubtful = list[tuple[Mapping[str, float], float]]()
-    inner = walk(*rule.left.parts, *rule.right.parts)
-    if len(rule.names) == len(names(*rule.sides)) and not any(
-        isinstance(one, Sum) for one in inner
+    inner = nodes.walk(*rule.left.parts, *rule.right.parts)
+    if len(rule.names) == len(nodes.names(*rule.sides)) and not any(
+        isinstance(one, nodes.Sum) for one in inner
     ):
         return 0.0  # what is rounded is no larger than what is varied
     for values in points:
@@ -74,51 +62,53 @@ class Pair(NamedTuple):
     rest: int | None = None
 
 
-def residual(flow: Flow, form: Expression, values: Mapping[str, int]) -> int:
+def residual(flow: Flow, form: nodes.Expression, values: Mapping[str, int]) -> int:
     """What a rule misses at numbers that are exact, its own rounding made up for."""
     number, rest = compensated(flow, form, values)
     return number if rest is None else flow.raw("add", number, rest)
 
 
-def compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -> Pair:
+def compensated(flow: Flow, expression: nodes.Expression, values: Mapping[str, int]) -> Pair:
     """An expression of numbers that are exact."""
     found = _compensated(flow, expression, values)
-    if any(flow.value_of(values[name]) is None for name in names(expression)):
+    if any(flow.value_of(values[name]) is None for name in nodes.names(expression)):
         return found
     at = Numbers(flow, {})
     rest = 0.0 if found.rest is None else float(at(found.rest))
     return Pair(flow.constant(float(at(found.number))), flow.constant(rest) if rest else None)
 
 
-def _compensated(flow: Flow, expression: Expression, values: Mapping[str, int]) -> Pair:
+def _compensated(flow: Flow, expression: nodes.Expression, values: Mapping[str, int]) -> Pair:
     pair = partial(compensated, flow, values=values)
     match expression:
-        case Number(value):
+        case nodes.Number(value):
             return Pair(flow.constant(value))
-        case Name(name):
+        case nodes.Name(name):
             return Pair(values[name])
-        case Negative(operand):
+        case nodes.Negative(operand):
             number, rest = pair(operand)
             return Pair(flow.raw("neg", number), None if rest is None else flow.raw("neg", rest))
-        case Sum(terms):
+        case nodes.Sum(terms):
             return reduce(partial(_sum, flow), map(pair, terms))
-        case Product(left, right):
+        case nodes.Product(left, right):
             return _product(flow, pair(left), pair(right))
-        case Power(base, Number(2.0)):
+        case nodes.Power(base, nodes.Number(2.0)):
             return _product(flow, pair(base), pair(base))
-        case Quotient(left, right):
+        case nodes.Quotient(left, right):
             return _quotient(flow, pair(left), pair(right))
-        case Power(base, Number() as exponent):
-            return _linear(flow, Power(Name("0"), exponent), pair(base))
-        case Power(base, exponent):
-            return _linear(flow, Power(Name("0"), Name("1")), pair(base), pair(exponent))
-        case Call("sqrt", (argument,)):
+        case nodes.Power(base, nodes.Number() as exponent):
+            return _linear(flow, nodes.Power(nodes.Name("0"), exponent), pair(base))
+        case nodes.Power(base, exponent):
+            return _linear(
+                flow, nodes.Power(nodes.Name("0"), nodes.Name("1")), pair(base), pair(exponent)
+            )
+        case nodes.Call("sqrt", (argument,)):
             return _root(flow, pair(argument))
-        case Call("cos" | "cosd" | "cosh" | "exp" as function, (argument,)):
+        case nodes.Call("cos" | "cosd" | "cosh" | "exp" as function, (argument,)):
             return _beside_one(flow, function, pair(argument))
-        case Call(function, arguments):
-            own = tuple(Name(str(place)) for place in range(len(arguments)))
-            return _linear(flow, Call(function, own), *map(pair, arguments))
+        case nodes.Call(function, arguments):
+            own = tuple(nodes.Name(str(place)) for place in range(len(arguments)))
+            return _linear(flow, nodes.Call(function, own), *map(pair, arguments))
     raise NotCompilable
 
 
@@ -158,7 +148,7 @@ def _root(flow: Flow, a: Pair) -> Pair:
 def _beside_one(flow: Flow, function: str, a: Pair) -> Pair:
     """Near 1 what a function lacks follows from sines of half its argument: ``cos(x)`` is
     ``1 - 2*sin(x/2)^2``, ``exp(x)`` is ``1 + 2*exp(x/2)*sinh(x/2)``."""
-    raw, (number, rest) = flow.raw, _linear(flow, Call(function, (Name("0"),)), a)
+    raw, (number, rest) = flow.raw, _linear(flow, nodes.Call(function, (nodes.Name("0"),)), a)
     half = raw("mul", 0.5, a.number)
     sine = flow.call("sinh" if function == "exp" else function.replace("cos", "sin"), half)
     other = flow.call("exp", half) if function == "exp" else sine
@@ -186,7 +176,7 @@ def _added(flow: Flow, lost: int, *rests: int | None) -> int:
     return reduce(partial(flow.raw, "add"), [rest for rest in rests if rest is not None], lost)
 
 
-def _linear(flow: Flow, function: Expression, *arguments: Pair) -> Pair:
+def _linear(flow: Flow, function: nodes.Expression, *arguments: Pair) -> Pair:
     """A function of names 0, 1, …, whose own rounding is left out."""
     values = {str(place): pair.number for place, pair in enumerate(arguments)}
     moves = [

@@ -14,17 +14,7 @@ from functools import partial, reduce
 from typing import Any, NamedTuple
 
 from rulesheets.functions import TABLE
-from rulesheets.syntax.nodes import (
-    Call,
-    Expression,
-    Name,
-    Negative,
-    Number,
-    Power,
-    Product,
-    Quotient,
-    Sum,
-)
+from rulesheets.syntax import nodes
 from solver.numerics.tolerances import BACKWARD, EPS
 from solver.trace.graph import (
     LEAVES,
@@ -66,31 +56,31 @@ class Flow(Graph):
         super().__init__(plain)
         self._directions: dict[int, Direction] = {}
 
-    def expression(self, node: Expression, values: Mapping[str, int]) -> int:
+    def expression(self, node: nodes.Expression, values: Mapping[str, int]) -> int:
         """The node of an expression; ``values`` gives that of every variable."""
         match node:
-            case Number(value):
+            case nodes.Number(value):
                 return self.constant(value)
-            case Name(name):
+            case nodes.Name(name):
                 return values[name]
-            case Negative(operand):
+            case nodes.Negative(operand):
                 return self.add("neg", self.expression(operand, values))
-            case Sum(terms):
+            case nodes.Sum(terms):
                 return reduce(
                     partial(self.add, "add"), [self.expression(term, values) for term in terms]
                 )
-            case Product(left, right):
+            case nodes.Product(left, right):
                 return self.add(
                     "mul", self.expression(left, values), self.expression(right, values)
                 )
-            case Quotient(left, right):
+            case nodes.Quotient(left, right):
                 divided = self.expression(left, values)
                 divisor = self.expression(right, values)
                 self._divisor(divisor)
                 return self.add("div", divided, divisor)
-            case Power(base, exponent):
+            case nodes.Power(base, exponent):
                 return self._power(self.expression(base, values), exponent, values)
-            case Call(function, arguments):
+            case nodes.Call(function, arguments):
                 return self.call(function, *(self.expression(item, values) for item in arguments))
             case _:
                 raise NotCompilable
@@ -144,16 +134,16 @@ class Flow(Graph):
                 terms.append(one)
         return terms
 
-    def _power(self, base: int, exponent: Expression, values: Mapping[str, int]) -> int:
+    def _power(self, base: int, exponent: nodes.Expression, values: Mapping[str, int]) -> int:
         match exponent:
-            case Number(2.0):
+            case nodes.Number(2.0):
                 return self.add("mul", base, base)
-            case Number(3.0):
+            case nodes.Number(3.0):
                 return self.add("mul", self.add("mul", base, base), base)
-            case Number(-1.0):
+            case nodes.Number(-1.0):
                 self._divisor(base)
                 return self.add("div", 1.0, base)
-            case Number(0.5):
+            case nodes.Number(0.5):
                 return self.add("sqrt", base)
             case _:
                 power = self.expression(exponent, values)
