@@ -73,6 +73,10 @@ class Assignment(NamedTuple):
     side: int = 0
 
 
+Ways: TypeAlias = tuple[tuple[Assignment, ...], ...]
+"""The sequences of assignments, one for each preimage or branch."""
+
+
 def assigned(variable: Variable, expression: Expression) -> Assignment:
     """The assignment of a variable, in its declared range."""
     ends = variable.low, variable.high, variable.low_open, variable.high_open
@@ -184,9 +188,7 @@ def _multiple(factor: Fraction, expression: Expression) -> Expression:
     return -scaled if above < 0.0 else scaled
 
 
-def _alternatives(
-    graph: ModelGraph, block: SolveBlock
-) -> Iterator[tuple[tuple[Assignment, ...], ...]]:
+def _alternatives(graph: ModelGraph, block: SolveBlock) -> Iterator[Ways]:
     """The preimages of each step of the order."""
     for number, step in enumerate(block.order):
         isolation = graph.isolation(step.equation, graph.number[step.unknown])
@@ -194,9 +196,7 @@ def _alternatives(
         yield alternatives(graph, isolation, f"#{number}")
 
 
-def alternatives(
-    graph: ModelGraph, isolation: Isolation, prefix: str
-) -> tuple[tuple[Assignment, ...], ...]:
+def alternatives(graph: ModelGraph, isolation: Isolation, prefix: str) -> Ways:
     """The preimages of a step."""
     variable = graph.model.variables[isolation.unknown]
     turn = graph.turn(isolation.unknown) if isolation.period else None

@@ -76,7 +76,6 @@ START_LIMITS = NewtonLimits(iterations=40, escapes=2)
 MAX_BATCH_UNKNOWNS = 60
 
 
-# between numbers of the rules themselves, whatever the unknowns are
 def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
     """Find roots from the guess and from starts spread over the ranges, without proof."""
     kernel = problem.kernel
@@ -96,7 +95,7 @@ def search_from_starts(problem: BlockProblem, candidates: Candidates) -> None:
         try:
             _in_batches(problem, candidates)
         except ZeroDivisionError:
-            return
+            return  # between numbers of the rules themselves, whatever the unknowns are
 
 
 def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]]:

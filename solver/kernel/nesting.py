@@ -35,6 +35,7 @@ from solver.kernel.chain import (
     RESIDUAL,
     Assignment,
     Chain,
+    Ways,
     alternatives,
     assigned,
     is_exhaustive,
@@ -59,8 +60,6 @@ MOST_TEARS, MOST_FORMS = 2, 4
 LARGEST = 8
 """Unknowns of a block inside another."""
 
-Ways: TypeAlias = tuple[tuple[Assignment, ...], ...]
-"""The sequences of assignments, one for each preimage or branch."""
 Angles: TypeAlias = dict[str, tuple[str, str]]
 """The names of the cosine and the sine of angles."""
 Solved: TypeAlias = Callable[[Block, str], tuple[Ways, Angles]]

@@ -27,7 +27,7 @@ from solver.numerics.linear_algebra import (
     Array,
     Factor,
     SparseFactor,
-    Triplets,
+    SparseMap,
     factorise,
     sparse_matrix,
 )
@@ -103,7 +103,6 @@ class Budget:
         return True
 
 
-Sparse: TypeAlias = tuple[Callable[[Array], Array], Callable[[Array], Triplets]]
 Point: TypeAlias = Mapping[str, float]
 """The values of the unknowns of a block."""
 InputErrors: TypeAlias = Callable[[], Mapping[str, float]]
@@ -143,7 +142,7 @@ class BlockProblem:
         return self.kernel.jacobian(self.known)
 
     @cached_property
-    def sparse(self) -> Sparse:
+    def sparse(self) -> SparseMap:
         """Residual and sparse Jacobian on arrays."""
         return self.kernel.sparse.at(self.known)
 
@@ -283,7 +282,6 @@ class Uncertainty(NamedTuple):
     relative: float | None = None
 
 
-# a slope is infinite there: nothing speaks for a multiple root
 def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
     """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
     if len(point) > MANY:
@@ -292,6 +290,7 @@ def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
     try:
         jacobian = problem.jacobian(list(point.values()))
     except (ArithmeticError, ValueError):
+        # a slope is infinite there: nothing speaks for a multiple root
         return Uncertainty([0.0] * len(point), math.inf)
     sizes = [(size(rule, everything), gross(rule, everything)) for rule in problem.kernel.equations]
     steepness = max(
@@ -306,7 +305,7 @@ def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
     return Uncertainty(np.where(np.isfinite(errors), errors, math.inf).tolist(), steepness)
 
 
-def _sparse_uncertainty(problem: BlockProblem, sparse: Sparse, point: Point) -> Uncertainty:
+def _sparse_uncertainty(problem: BlockProblem, sparse: SparseMap, point: Point) -> Uncertainty:
     """The same for a large block. An unknown near 0 is measured by the change that would move one
     of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
     multiplied out, its terms are as large as its moves."""

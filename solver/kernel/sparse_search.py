@@ -17,8 +17,8 @@ from solver.kernel.block import FEW
 from solver.kernel.candidates import Answer, Candidates
 from solver.kernel.problem import BlockProblem
 from solver.kernel.root_check import sharp_root
-from solver.numerics.linear_algebra import Array
-from solver.numerics.sparse_newton import Map, itself, sparse_least_squares, sparse_newton
+from solver.numerics.linear_algebra import Array, Map
+from solver.numerics.sparse_newton import itself, sparse_least_squares, sparse_newton
 from solver.numerics.tolerances import LEAST
 from solver.ranking.sizes import added, nearly_balanced
 

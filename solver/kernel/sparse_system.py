@@ -20,7 +20,7 @@ from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import ZERO, Expression, Name, Product, Quotient, names, subtract
 from solver.kernel.chain import Chain, compile_chain
 from solver.kernel.emitter import compile_expressions, divisors
-from solver.numerics.linear_algebra import Array, Triplets
+from solver.numerics.linear_algebra import Array, SparseMap, Triplets
 from solver.numerics.tolerances import BESIDE
 from solver.path.graph import shape_of
 from solver.path.isolate import smooth
@@ -40,9 +40,7 @@ class SparseSystem:
         self.rows = np.concatenate([shape.slope_rows for shape in self.shapes])
         self.columns = np.concatenate([shape.slope_columns for shape in self.shapes])
 
-    def at(
-        self, known: Sequence[float]
-    ) -> tuple[Callable[[Array], Array], Callable[[Array], Triplets]]:
+    def at(self, known: Sequence[float]) -> SparseMap:
         """Residual and Jacobian at these values of the known names; nan where undefined."""
         constants = np.array(known, dtype=float)
 

@@ -9,11 +9,9 @@ from typing import NamedTuple, TypeAlias
 import numpy as np
 
 from rulesheets.deadline import expect_time, in_one_chunk
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, Map
 from solver.numerics.one_unknown import split_point
 from solver.numerics.tolerances import ARRIVED, EPS, NARROW, NULL, ON_LINE
-
-BatchFunction: TypeAlias = Callable[[Array], Array]
 
 PATIENCE = 12
 """Steps without a gain of a tenth after which a start is abandoned."""
@@ -60,8 +58,8 @@ GAUSS_NEWTON = Iteration(_least_norm, (1.0, 0.3, 0.05), 2.0, ON_LINE, 60)
 
 
 def arrivals(
-    residual: BatchFunction,
-    jacobian: BatchFunction,
+    residual: Map,
+    jacobian: Map,
     starts: Array,
     scale: Array,
     by: Iteration = NEWTON,

@@ -16,12 +16,10 @@ from enum import Enum
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from rulesheets.deadline import expect_time
+from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import EPS, FLAT_TANGENT, HOME, MEETING, ON_CURVE, TURNING
-
-Vector = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -34,16 +32,16 @@ class Problem:
     periods of angles (infinite for others), ``low`` and ``high`` (n + 1,) the ranges.
     """
 
-    residual: Callable[[Vector], Vector]
-    jacobian: Callable[[Vector], NDArray[np.float64]]
-    scale: Vector
-    turn: Vector
-    low: Vector
-    high: Vector
-    regime: Callable[[Vector], Hashable] = field(default=lambda z: None)
+    residual: Callable[[Array], Array]
+    jacobian: Callable[[Array], Array]
+    scale: Array
+    turn: Array
+    low: Array
+    high: Array
+    regime: Callable[[Array], Hashable] = field(default=lambda z: None)
     these: Hashable = None
 
-    def passed(self, z: Vector) -> list[tuple[int, float]]:
+    def passed(self, z: Array) -> list[tuple[int, float]]:
         """The coordinates that lie beyond an end of their range by more than rounding, each with
         that end."""
         slack = 1e-13 * (np.abs(z) + self.scale)
@@ -51,17 +49,17 @@ class Problem:
         ends = np.where(below, self.low, self.high)
         return [(int(j), float(ends[j])) for j in np.flatnonzero(below | above)]
 
-    def turned(self, there: Vector, here: Vector) -> Vector:
+    def turned(self, there: Array, here: Array) -> Array:
         """``there`` with its angles moved by whole turns as near to ``here`` as possible."""
         finite = np.isfinite(self.turn)
         whole = np.where(finite, self.turn, 1.0)
         return np.where(finite, there - whole * np.round((there - here) / whole), there)
 
-    def apart(self, there: Vector, here: Vector) -> Vector:
+    def apart(self, there: Array, here: Array) -> Array:
         """The scaled difference, angles less their whole turns."""
         return np.asarray((self.turned(there, here) - here) / self.scale)
 
-    def length(self, move: Vector) -> float:
+    def length(self, move: Array) -> float:
         return float(np.linalg.norm(move / self.scale))
 
 
@@ -70,14 +68,14 @@ class CurvePoint(NamedTuple):
     from the start, the sign of ``orientation`` (it changes at a bifurcation). ``fold``: the
     parameter turns here."""
 
-    z: Vector
-    tangent: Vector
+    z: Array
+    tangent: Array
     arc: float
     orientation: int
     fold: bool = False
 
 
-def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> CurvePoint | None:
+def point_at(problem: Problem, z: Array, along: Array, arc: float = 0.0) -> CurvePoint | None:
     """The point at ``z`` with its tangent to the side of ``along``; None where it has no single
     tangent.
 
@@ -104,7 +102,7 @@ def point_at(problem: Problem, z: Vector, along: Vector, arc: float = 0.0) -> Cu
     return CurvePoint(z, tangent, arc, int(sign))
 
 
-def start(problem: Problem, z: Vector) -> CurvePoint | None:
+def start(problem: Problem, z: Array) -> CurvePoint | None:
     """The point of the curve at ``z``, directed so that the parameter grows."""
     point = point_at(problem, z, np.eye(len(z))[-1])
     return point and point._replace(fold=bool(abs(point.tangent[-1]) <= TURNING))
@@ -370,7 +368,7 @@ class _Walk:
             low, high = (middle, high) if inside else (low, middle)
         return low
 
-    def _nudged(self, point: CurvePoint) -> Vector:
+    def _nudged(self, point: CurvePoint) -> Array:
         return point.z + 1e-3 * FIRST * self.problem.scale * point.tangent
 
     def _closing_point(self, here: CurvePoint, length: float) -> CurvePoint | None:

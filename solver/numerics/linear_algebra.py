@@ -220,3 +220,8 @@ def are_alike(
         return abs(a - b) <= tolerance * max(abs(a), abs(b), size) or (isnan(a) and isnan(b))
 
     return all(map(near, row, other, sizes))
+
+
+Map: TypeAlias = Callable[[Array], Array]
+SparseMap: TypeAlias = tuple[Map, Callable[[Array], Triplets]]
+"""A function and its Jacobian."""

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.numerics.linear_algebra import PANEL, Array, SparseFactor, Triplets
+from solver.numerics.linear_algebra import PANEL, Array, Map, SparseFactor, Triplets
 from solver.numerics.newton import stagnates
 from solver.numerics.tolerances import (
     CONVERGED,
@@ -26,7 +26,6 @@ from solver.numerics.tolerances import (
     STAGNATION,
 )
 
-Map: TypeAlias = Callable[[Array], Array]
 ITERATIONS = 100
 SHORTEST, SHORTEST_POSITIVE = 2.0**-12, 2.0**-6
 """The least share of a step that is tried; where unknowns are kept positive, one that is held back
@@ -65,7 +64,7 @@ def itself(x: Array) -> Array:
 
 
 def sparse_newton(
-    residual: Callable[[Array], Array],
+    residual: Map,
     jacobian: Callable[[Array], Triplets],
     start: Array,
     sizes: Array | None = None,
@@ -120,11 +119,7 @@ def sparse_newton(
 
 
 def _twice(
-    residual: Callable[[Array], Array],
-    jacobian: Callable[[Array], Triplets],
-    x: Array,
-    weight: Array,
-    length: float,
+    residual: Map, jacobian: Callable[[Array], Triplets], x: Array, weight: Array, length: float
 ) -> tuple[Array, Array, float] | None:
     """The point after a second full step from ``x``, if the correction there is shorter than the
     first one: a second step may repair what one worsens, as with bars that turn (the watchdog of R.
@@ -149,9 +144,7 @@ def _noise(factor: SparseFactor, slopes: Triplets, x: Array) -> Array:
     return factor.solve(EPS * np.random.default_rng(0).choice([-1.0, 1.0], len(x)) * gross)
 
 
-def _refined(
-    residual: Callable[[Array], Array], factor: SparseFactor, x: Array, weight: Array
-) -> Array:
+def _refined(residual: Map, factor: SparseFactor, x: Array, weight: Array) -> Array:
     """The last digits by residuals in extended precision (N. J. Higham, *Accuracy and Stability of
     Numerical Algorithms*, 2002, section 25.2), as long as that contracts fast; the point unchanged
     if a function has none."""
@@ -169,7 +162,7 @@ def _refined(
 
 
 def _shortened(
-    residual: Callable[[Array], Array],
+    residual: Map,
     factor: SparseFactor,
     x: Array,
     step: Array,

@@ -35,12 +35,12 @@ from rulesheets.syntax.nodes import (
     names,
     walk,
 )
+from solver.numerics.linear_algebra import Array
 from solver.numerics.sparse_newton import sparse_least_squares
 from solver.numerics.tolerances import NULL
 from solver.path.graph import shape_of
 from solver.path.shapes import Alike, same_columns
 
-Vector = NDArray[np.float64]
 Places = NDArray[np.intp]
 
 EXACT = 100.0
@@ -102,7 +102,7 @@ def suggested(
 
 def nearly_balanced(
     rules: Alike, unknowns: Sequence[str], known: Mapping[str, float], sharing: bool = True
-) -> Vector:
+) -> Array:
     """Sizes (n,) of the unknowns of a large block that approximately balance its rules.
 
     The terms of a sum are ``sharing`` it, or one may make up most of it, as along a chain of
@@ -114,7 +114,7 @@ def nearly_balanced(
     place = {name: i for i, name in enumerate(unknowns)}
     columns = np.array([place.get(name, -1) for name in rules.names], dtype=np.intp)
     numbers = np.array([known.get(name, np.nan) for name in rules.names])
-    entries, rhs = list[tuple[Vector, Places, Places]](), list[Vector]()
+    entries, rhs = list[tuple[Array, Places, Places]](), list[Array]()
     rows = 0, n
     for family in rules.families:
         mine, given = columns[family.columns], numbers[family.columns]
@@ -148,7 +148,7 @@ def nearly_balanced(
 
 def _balance_of_shape(
     rule: Equation, names: int, zero: NDArray[np.bool_], sharing: bool
-) -> tuple[Vector, Vector]:
+) -> tuple[Array, Array]:
     """The equations between decades of rules of one shape: their matrix, with a column for each of
     their ``names``, each number in their text, and each number of free size, and constants. Some
     are ``zero``."""
@@ -239,7 +239,7 @@ class _Balances:
             for part, sign, term in found
         ]
 
-    def parts(self, unknowns: int) -> tuple[Vector, Vector, Vector]:
+    def parts(self, unknowns: int) -> tuple[Array, Array, Array]:
         """The matrix of the unknowns (and of free numbers), that of known numbers, and the
         constants."""
         width = len(self.places)

@@ -18,7 +18,8 @@ from rulesheets.syntax.nodes import degree
 from solver.facts import Status
 from solver.files.tables import CODES, column_of, free_name
 from solver.leaves import Leaf
-from solver.numerics.continuation import CurvePoint, End, Vector
+from solver.numerics.continuation import CurvePoint, End
+from solver.numerics.linear_algebra import Array
 from solver.path import Assume, Evaluate, Select, Step, equations_of, given_by
 from solver.path.building import read_by
 from solver.path.graph import ModelGraph
@@ -166,7 +167,7 @@ def follow_sweep(
 
 
 def _followed(
-    plan: Plan, name: str, values: Vector, leaf: Leaf, value: float, sizes: Mapping[str, float]
+    plan: Plan, name: str, values: Array, leaf: Leaf, value: float, sizes: Mapping[str, float]
 ) -> Iterator[_Found]:
     """The branch of an answer, if its rules leave a single curve."""
     graph, span = planner(plan.model).graph, (float(values.min()), float(values.max()))
@@ -284,7 +285,7 @@ def _runs(found: _Found, want: Sequence[str]) -> Iterator[_Run]:
         yield rows[first : last + 1], False, begins, ends
 
 
-def _end(end: End, z: Vector, system: CurveSystem) -> str:
+def _end(end: End, z: Array, system: CurveSystem) -> str:
     """Why a branch ends there, with the variable whose range ends."""
     if end is not End.BOUNDARY:
         return str(end.value)

@@ -21,17 +21,9 @@ from solver.facts import Status
 from solver.files.tables import Table
 from solver.kernel.block import kernel_of
 from solver.leaves import Asked
-from solver.numerics.continuation import (
-    CurvePoint,
-    End,
-    Problem,
-    Vector,
-    crossing,
-    follow,
-    point_at,
-    start,
-)
+from solver.numerics.continuation import CurvePoint, End, Problem, crossing, follow, point_at, start
 from solver.numerics.elimination import independent_rows
+from solver.numerics.linear_algebra import Array
 from solver.path import SolveBlock
 from solver.path.graph import ModelGraph
 from solver.solution.explore import explore
@@ -66,20 +58,20 @@ class CurveSystem:
         self.turn[np.isfinite(self.low) | np.isfinite(self.high)] = np.inf
         self.low[-1], self.high[-1] = max(self.low[-1], span[0]), min(self.high[-1], span[1])
 
-    def values(self, z: Vector) -> dict[str, Value]:
+    def values(self, z: Array) -> dict[str, Value]:
         """The known values at a point of the curve."""
         return {**self.fixed, **dict(zip(self.names, z.tolist(), strict=True))}
 
-    def regime(self, z: Vector) -> tuple[int, ...]:
+    def regime(self, z: Array) -> tuple[int, ...]:
         """The candidates that are active at a point."""
         return tuple(e.index for e in self.active(z)) if self.guarded else ()
 
-    def active(self, z: Vector) -> list[Equation]:
+    def active(self, z: Array) -> list[Equation]:
         chosen = {e.index for e in self.candidates}
         every = active_equations(self.model, self.values(z), self.inputs)
         return [equation for equation in every if equation.index in chosen]
 
-    def problem(self, at: Vector, scale: Vector) -> Problem | None:
+    def problem(self, at: Array, scale: Array) -> Problem | None:
         """The problem of the rules that are active at ``at``; None if they leave more than a
         curve."""
         values, rows, equations = self.values(at), [], []
@@ -97,17 +89,17 @@ class CurveSystem:
         known: list[Any] = [self.fixed[name] for name in kernel.known]
         misses, derivatives = kernel.residual(known), kernel.jacobian(known)
 
-        def residual(z: Vector) -> Vector:
+        def residual(z: Array) -> Array:
             pairs = zip(misses(z.tolist()), jumps, strict=True)
             return np.array([math.remainder(miss, jump) for miss, jump in pairs], dtype=np.float64)
 
-        def jacobian(z: Vector) -> Vector:
+        def jacobian(z: Array) -> Array:
             return np.array(derivatives(z.tolist()), dtype=np.float64).reshape(-1, len(self.names))
 
         ranges = (self.low, self.high)
         return Problem(residual, jacobian, scale, self.turn, *ranges, self.regime, self.regime(at))
 
-    def holds(self, z: Vector, within: float) -> bool:
+    def holds(self, z: Array, within: float) -> bool:
         """Whether every active rule of the curve holds at a point, up to a share of its terms."""
         values = self.values(z)
         for equation in self.active(z):
@@ -121,7 +113,7 @@ class CurveSystem:
         return True
 
     def filled(
-        self, point: CurvePoint, want: Sequence[str], scale: Vector
+        self, point: CurvePoint, want: Sequence[str], scale: Array
     ) -> tuple[Status, dict[str, Value]]:
         """The status and the wanted values that are determined, by an ordinary solve with the
         curve's unknowns given.
@@ -136,7 +128,7 @@ class CurveSystem:
                 status, values = self._solved(cleared, want)
         return Status.SINGULAR if point.fold else status, values
 
-    def _solved(self, z: Vector, want: Sequence[str]) -> tuple[Status, dict[str, Value]]:
+    def _solved(self, z: Array, want: Sequence[str]) -> tuple[Status, dict[str, Value]]:
         """With angles in (-180, 180], as far as the rules of the curve allow it."""
         finite = np.isfinite(self.turn)
         turn = np.where(finite, self.turn, 1.0)
@@ -191,7 +183,7 @@ class Curve(NamedTuple):
         return tuple(point for piece in self.pieces for point in piece.points)
 
 
-def traced(system: CurveSystem, seed: Vector, scale: Vector) -> Curve | None:
+def traced(system: CurveSystem, seed: Array, scale: Array) -> Curve | None:
     """The branch through ``seed``; None if the rules have no single curve there."""
     problem = system.problem(seed, scale)
     ahead = None if problem is None else start(problem, seed)
@@ -239,7 +231,7 @@ def _onward(system: CurveSystem, problem: Problem, home: CurvePoint) -> tuple[li
     return pieces, End.LIMIT
 
 
-def curve_rows(curve: Curve, values: Vector) -> Iterator[tuple[CurvePoint, bool]]:
+def curve_rows(curve: Curve, values: Array) -> Iterator[tuple[CurvePoint, bool]]:
     """The first point, every swept value that the branch passes, every fold, the last point.
 
     Each with whether the swept variable increases before it: where it turns back it is then the
