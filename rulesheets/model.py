@@ -20,6 +20,8 @@ Value: TypeAlias = float | str
 """The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
 Values: TypeAlias = Mapping[str, Value]
 """Numbers and symbols by the full names of variables."""
+Row: TypeAlias = tuple[Value, ...]
+"""The values of some variables in order."""
 
 
 class Tolerance(NamedTuple):

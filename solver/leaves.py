@@ -13,7 +13,7 @@ from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
 from rulesheets.evaluate.digits import indeterminate
 from rulesheets.evaluate.number import meets
-from rulesheets.model import Equation, Model, Value, Values, reached
+from rulesheets.model import Equation, Model, Row, Value, Values, reached
 from rulesheets.syntax import nodes
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
 from solver.accuracy.rule_check import check_rule
@@ -273,7 +273,7 @@ class Asked(NamedTuple):
     judged: Sequence[str]
 
 
-Outcomes: TypeAlias = dict[tuple[SolveBlock, tuple[Value, ...]], Any]
+Outcomes: TypeAlias = dict[tuple[SolveBlock, Row], Any]
 """The outcomes of a block by its known values."""
 
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import named
-from rulesheets.model import Equation, Value, Values, once
+from rulesheets.model import Equation, Row, Values, once
 from rulesheets.syntax import nodes
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
 
@@ -53,7 +53,7 @@ checked."""
 class Remembered:
     """The results for an equation at some values, which several callers request."""
 
-    at: tuple[Value, ...]
+    at: Row
     sides: Sides | None = None
     check: RuleCheck | None = None
 

@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exact import as_written
-from rulesheets.model import Value
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, terms
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem, InputErrors
@@ -238,7 +238,7 @@ def _is_rounded_pole(problem: BlockProblem, forms: Forms, root: float, off: Inpu
     return all(abs(share) <= SAFETY * move for share, move in zip(shares, moves, strict=True))
 
 
-def _is_nothing(divisor: Expression, values: Mapping[str, Value]) -> bool:
+def _is_nothing(divisor: Expression, values: Values) -> bool:
     """Whether a divisor is 0, but for the rounding of its terms."""
     sizes = (abs(value(term, values)) for term in terms(divisor))
     return abs(value(divisor, values)) <= BACKWARD * sum(sizes)

@@ -25,7 +25,7 @@ from rulesheets.deadline import TimeIsUp, time_limit
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.inputs import parse_input
 from rulesheets.loading import loads
-from rulesheets.model import Model, Value
+from rulesheets.model import Model, Row, Value
 from rulesheets.units import converted, value_and_unit
 from rulesheets.units.check import check_units
 from solver.facts import Status
@@ -38,7 +38,7 @@ from solver.solution.solving import Result, solve
 from solver.sweeps import Plan, prepare
 from solver.sweeps.sweep import shown_columns, sweep
 
-Answers = tuple[Status, list[tuple[Value, ...]]]
+Answers = tuple[Status, list[Row]]
 
 ROWS = 2000
 """Rows of a sweep that a page draws at most."""

@@ -12,7 +12,7 @@ from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
-from rulesheets.model import Value, Values
+from rulesheets.model import Row, Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss, about
@@ -54,7 +54,6 @@ GRACE = 1.0
 
 Facts: TypeAlias = tuple[Fact, ...]
 Forks: TypeAlias = Iterator[Branch]
-Numbers: TypeAlias = tuple[Value, ...]
 Pending: TypeAlias = tuple[Branch, Sequence[Step] | None, int]
 """A branch, its remaining steps, and the first of them; without steps it is planned first."""
 
@@ -396,9 +395,7 @@ class PathSearch(Ends):
         ]
         return self._forks(branch, step, found)
 
-    def _solved(
-        self, step: SolveBlock, branch: Branch, before: Numbers | None = None
-    ) -> BlockOutcome:
+    def _solved(self, step: SolveBlock, branch: Branch, before: Row | None = None) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers, or for
         those ``before``."""
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)

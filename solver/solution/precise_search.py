@@ -18,7 +18,7 @@ from typing import Any
 from rulesheets.evaluate import Undefined, derivatives, holds, value
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.evaluate.number import equal
-from rulesheets.model import Equation, Value, Values
+from rulesheets.model import Equation, Row, Value, Values
 from rulesheets.syntax.nodes import Comparison, Condition, Expression, names
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
@@ -50,7 +50,7 @@ from solver.numerics.tolerances import (
     SPARE,
 )
 from solver.path import TARGET, Evaluate, SolveBlock, Stage, Step, equations_of
-from solver.solution.explore import Numbers, PathSearch
+from solver.solution.explore import PathSearch
 
 INVERSE = math.exp(-1.0)
 """A power of x moved to where its tangent is 0 keeps a smaller share of itself, an inverse power a
@@ -105,7 +105,7 @@ class _PreciseSearch(PathSearch):
         self.digits, self.careful = digits, True
         self.outcomes, self.work = floats.outcomes, DigitWork()
         self.expected = floats.leaves[0].branch.signs if floats.leaves else {}
-        self._before: dict[SolveBlock, list[Numbers]] = {}
+        self._before: dict[SolveBlock, list[Row]] = {}
         for (step, known), outcome in floats.outcomes.items():
             if (outcome.complete or outcome.answers) and not outcome.delicate:
                 self._before.setdefault(step, []).append(known)
@@ -139,9 +139,7 @@ class _PreciseSearch(PathSearch):
                     return StepOutcome((fold[1][0],), double=double, delicate=True)
         return found
 
-    def _solved(
-        self, step: SolveBlock, branch: Branch, before: Numbers | None = None
-    ) -> BlockOutcome:
+    def _solved(self, step: SolveBlock, branch: Branch, before: Row | None = None) -> BlockOutcome:
         kernel = kernel_of(self.graph, step)
         # known numbers that differ by rounding, which decided nothing in floats
         known, same = tuple(branch.values[name] for name in kernel.known), self._before.get(step)

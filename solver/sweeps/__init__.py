@@ -23,7 +23,7 @@ from rulesheets.inputs import (
     symbol_name,
     variables_named,
 )
-from rulesheets.model import Model, Value, Values, expect
+from rulesheets.model import Model, Row, Value, Values, expect
 from solver.facts import OutOfTime, Status, Unsolved
 from solver.files.tables import CODES, Column, Table, column_of, free_name, one_length
 from solver.leaves import Asked, Exploration, blocked, different
@@ -74,13 +74,13 @@ class Plan:
     # each plan has a call of its own, which goes directly to the record
     __slots__ = ("__call__", "__dict__", "__weakref__", "all")
 
-    __call__: Callable[..., tuple[Value, ...]]
+    __call__: Callable[..., Row]
     """The wanted values of the primary answer for a number of each input, by place or by name.
 
     Raises Unsolved if there is none, also for an infinite number, TypeError for other types.
     """
 
-    all: Callable[..., list[tuple[Value, ...]]]
+    all: Callable[..., list[Row]]
     """Those of every answer, the primary one first. Raises as a call does."""
 
     def __init__(
@@ -116,7 +116,7 @@ class Plan:
                 primary = with_fallback(form, primary)
             self.__call__, self.all = primary, with_fallback(every, self._every)
 
-    def _primary(self, *given: Value | None, **named: Value) -> tuple[Value, ...]:
+    def _primary(self, *given: Value | None, **named: Value) -> Row:
         numbers = self._numbers(given, named)
         found, recorded = self._answers(numbers)
         if recorded:
@@ -124,10 +124,10 @@ class Plan:
             self._bind()
         return found[0]
 
-    def _every(self, *given: Value | None, **named: Value) -> list[tuple[Value, ...]]:
+    def _every(self, *given: Value | None, **named: Value) -> list[Row]:
         return self._answers(self._numbers(given, named))[0]
 
-    def _answers(self, numbers: tuple[Value, ...]) -> tuple[list[tuple[Value, ...]], bool]:
+    def _answers(self, numbers: Row) -> tuple[list[Row], bool]:
         """The answers that the first record does not cover, or all if there is none yet, and
         whether another record has them."""
         status, found, verdict = self._outcome(numbers)
@@ -137,7 +137,7 @@ class Plan:
             )
         return found, verdict is None
 
-    def _numbers(self, given: tuple[Value | None, ...], named: Values) -> tuple[Value, ...]:
+    def _numbers(self, given: tuple[Value | None, ...], named: Values) -> Row:
         """The value of every input, floats and names of symbols; places that a record has filled
         hold None.
 
@@ -164,14 +164,12 @@ class Plan:
             raise TypeError(f"no value is given for {', '.join(missing)}; {rest}")
         return tuple(_value(self.model, name, values[name]) for name in inputs)
 
-    def outcome(self, numbers: tuple[Value, ...]) -> tuple[Status, list[tuple[Value, ...]]]:
+    def outcome(self, numbers: Row) -> tuple[Status, list[Row]]:
         """The status of one row and, if it is solved, the wanted values of every answer in
         order."""
         return self._outcome(numbers)[:2]
 
-    def _outcome(
-        self, numbers: tuple[Value, ...]
-    ) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
+    def _outcome(self, numbers: Row) -> tuple[Status, list[Row], Verdict | None]:
         """The same with the verdict, unless a record decides."""
         found = self.records.known(numbers)
         self._bind()
@@ -180,9 +178,7 @@ class Plan:
         self.before = Status.SOLVED
         return Status.SOLVED, found, None
 
-    def _solved(
-        self, numbers: tuple[Value, ...]
-    ) -> tuple[Status, list[tuple[Value, ...]], Verdict | None]:
+    def _solved(self, numbers: Row) -> tuple[Status, list[Row], Verdict | None]:
         """The outcome of a row step by step, and the verdict unless a record refuses it.
 
         The solve becomes a record, if possible; an infeasible row becomes a refusal. A row that
@@ -216,7 +212,7 @@ class Plan:
                 self.records.refuse(numbers, found)
         return verdict.status, rows, verdict
 
-    def _briefly(self, numbers: tuple[Value, ...]) -> Status | None:
+    def _briefly(self, numbers: Row) -> Status | None:
         """The status of a row as far as a brief search tells, None if it takes more digits; an
         infeasible row becomes a refusal."""
         asked = self._asked(numbers)
@@ -290,7 +286,7 @@ class Plan:
         for key, plan in self._fixing.items():
             plan.forget(fixing[key])
 
-    def judged(self, numbers: tuple[Value, ...]) -> tuple[Verdict, Exploration]:
+    def judged(self, numbers: Row) -> tuple[Verdict, Exploration]:
         """The verdict on one row, unexplained; its solve becomes a record.
 
         A nan is a missing input, which is solved for; an infinite number is invalid. Where floats
@@ -310,7 +306,7 @@ class Plan:
         except TimeIsUp:
             return Verdict(Status.FAILED, (), (OutOfTime(()),)), Exploration((), False, ())
 
-    def _refused(self, numbers: tuple[Value, ...]) -> tuple[Status, Diagnosis] | None:
+    def _refused(self, numbers: Row) -> tuple[Status, Diagnosis] | None:
         """The status of a row with an infinite number, or one outside the declared range, and its
         message; None for other rows."""
         pairs = zip(numbers, (self.model.variables[name] for name in self.inputs), strict=True)
@@ -323,7 +319,7 @@ class Plan:
                 return Status.INFEASIBLE, outside_range(number, variable, None)
         return None
 
-    def _asked(self, numbers: tuple[Value, ...]) -> Asked:
+    def _asked(self, numbers: Row) -> Asked:
         """The question of a row, without missing inputs."""
         pairs = zip(self.inputs, numbers, strict=True)
         row = {name: v if isinstance(v, str) else float(v) for name, v in pairs}
@@ -331,7 +327,7 @@ class Plan:
         want = with_checks(self.model, inputs, self.want)
         return Asked(self.model, inputs, want, self.guesses, self.want)
 
-    def _explained(self, numbers: tuple[Value, ...], verdict: Verdict) -> tuple[Diagnosis, ...]:
+    def _explained(self, numbers: Row, verdict: Verdict) -> tuple[Diagnosis, ...]:
         refused = self._refused(numbers)
         return explain(self._asked(numbers), verdict) if refused is None else refused[1:]
 
@@ -424,7 +420,7 @@ def _alike(
     status = np.zeros(count, dtype=np.int8)
     plan.before = None
 
-    def outcome(row: int) -> tuple[Status, list[tuple[Value, ...]]]:
+    def outcome(row: int) -> tuple[Status, list[Row]]:
         if (watch := WATCH.get()) is not None:
             watch(row)
         if interrupted():

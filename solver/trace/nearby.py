@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rulesheets.model import Value
+from rulesheets.model import Row
 from solver.ranking.ranking import GRAIN, SIZE, SLACK, ZERO, Key
 from solver.trace.order import UNORDERED, KeyRanges, before, keys_as_nodes, spread
 from solver.trace.program import Box, Program, simplified
@@ -31,7 +31,6 @@ ROUNDED = 2.0
 PRICE = 32
 """Calls that are worth another box; four times as many for each after one that was not."""
 
-Numbers: TypeAlias = tuple[Value, ...]
 Rows: TypeAlias = Sequence[Sequence[float]]
 Ends: TypeAlias = tuple[float, float]
 Limits: TypeAlias = Mapping[int, Ends]
@@ -49,9 +48,7 @@ class Asked(NamedTuple):
 class Nearby:
     """The boxes of a record, the first around its ``sample``; ``settles``: it covers a row."""
 
-    def __init__(
-        self, program: Program, sample: Numbers, settles: Callable[[Numbers], bool]
-    ) -> None:
+    def __init__(self, program: Program, sample: Row, settles: Callable[[Row], bool]) -> None:
         assert program.ranked is not None
         self.program, self.ranked, self.settles = program, program.ranked, settles
         self.endings = program.endings
@@ -73,7 +70,7 @@ class Nearby:
         """By the given numbers that are 0."""
         self._lay(sample)
 
-    def move(self, numbers: Numbers) -> None:
+    def move(self, numbers: Row) -> None:
         """Record numbers outside of the box, and move it to them after enough of these."""
         uses = self.box.uses if self.box else 0
         self._missed += 1
@@ -83,7 +80,7 @@ class Nearby:
         self._missed = 0
         self._lay(numbers)
 
-    def _lay(self, numbers: Numbers) -> None:
+    def _lay(self, numbers: Row) -> None:
         """Put the box around some numbers: the widest of those with the fewest answers to
         compute."""
         self.box, self.call = None, None
@@ -119,7 +116,7 @@ class Nearby:
         self.box, self.call = self._alone[key]
         self.box.ends, self.box.uses = ends, 0
 
-    def _moved(self, numbers: Numbers, share: float) -> list[Rows] | None:
+    def _moved(self, numbers: Row, share: float) -> list[Rows] | None:
         """The answers with each number moved down and up by a share; None if one of them ends."""
         found = []
         for at, number in enumerate(numbers):
@@ -163,7 +160,7 @@ class Nearby:
                     found[node] = inside
         return found
 
-    def _rows(self, numbers: Numbers) -> Rows | None:
+    def _rows(self, numbers: Row) -> Rows | None:
         """The numbers of every answer that the ranking reads, and the given ones."""
         found: list[tuple[float, ...]] | None = self._values(*numbers)
         count = len(self.program.endings)

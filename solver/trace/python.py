@@ -14,10 +14,9 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from math import atan2, cos, fmod, sin
 from types import FunctionType
-from typing import Any, TypeAlias
+from typing import Any
 
 from rulesheets.functions import TABLE
-from rulesheets.model import Value
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from, operands
 from solver.trace.program import Ending, Program, checks_and_bounds
@@ -69,8 +68,6 @@ def direction_lines(name: str, y: str, x: str) -> list[str]:
 NAMES = {"sin": sin, "cos": cos, "atan2": atan2, "sine_and_cosine": sine_and_cosine}
 """The names that the statements use."""
 
-
-Row: TypeAlias = tuple[Value, ...]
 
 DEEP = 30
 """Operations that are nested in one expression of the source."""

@@ -19,7 +19,7 @@ from typing import Any
 
 from rulesheets.evaluate import Undefined, holds
 from rulesheets.functions import named
-from rulesheets.model import Value, Variable
+from rulesheets.model import Row, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Or, Quotient, names, walk
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
@@ -129,7 +129,7 @@ class Recording(StepRecording):
         for share in BESIDE:
             sample = (self.sample[name] for name in self.pattern.inputs)
             numbers = (v if isinstance(v, str) else v + share * (abs(v) or 1.0) for v in sample)
-            found: list[tuple[Value, ...]] | None = every(*numbers)
+            found: list[Row] | None = every(*numbers)
             if found is None or different([row[:-1] for row in found]) != places:
                 return several
         return places

@@ -15,7 +15,7 @@ from itertools import chain
 from typing import Any
 
 from rulesheets.deadline import TimeIsUp
-from rulesheets.model import Model, Value, Values
+from rulesheets.model import Model, Row, Value, Values
 from solver.leaves import Exploration, Leaf
 from solver.path.planner import planner
 from solver.ranking.ranking import Ranking, settled
@@ -54,7 +54,7 @@ class Records:
         self.failures = self.vain = 0
         self.useful = 0
         """The place of the record that last covered a row that no earlier one did."""
-        self.rows: dict[tuple[Value, ...], list[tuple[Value, ...]]] = {}
+        self.rows: dict[Row, list[Row]] = {}
         """The answers of rows that cannot be recorded, such as those of a double root."""
         self._primary: dict[int, tuple[Callable[..., Any], ...]] = {}
         self._nearby: dict[int, Nearby] = {}
@@ -85,7 +85,7 @@ class Records:
                 self._primary[place] = tuple(map(compile_scalar, forms))
         return tuple(chain.from_iterable(self._primary[place] for place in places))
 
-    def near(self, numbers: tuple[Value, ...]) -> None:
+    def near(self, numbers: Row) -> None:
         """Note that the useful record covered a row of which the first answer was wanted."""
         place = self.useful
         if numbers in self.rows or not self.programs[place].ranked:
@@ -101,12 +101,12 @@ class Records:
                 lambda row: all(every(*row) is None for every in before),
             )
 
-    def known(self, numbers: tuple[Value, ...]) -> list[tuple[Value, ...]] | None:
+    def known(self, numbers: Row) -> list[Row] | None:
         """All answers of a row by the first record that covers it, which becomes the useful one."""
         if numbers in self.rows:
             return self.rows[numbers].copy()
         for place in self.order:
-            found: list[tuple[Value, ...]] | None = self.every[place](*numbers)
+            found: list[Row] | None = self.every[place](*numbers)
             if found is not None:
                 self.useful = place
                 return found
@@ -163,7 +163,7 @@ class Records:
                 return True
         return False
 
-    def remember(self, numbers: tuple[Value, ...], rows: list[tuple[Value, ...]]) -> None:
+    def remember(self, numbers: Row, rows: list[Row]) -> None:
         """Keep the answers of one row, of which no record was made; zeros have signs."""
         if len(self.rows) < MAX_RECORDS and 0.0 not in numbers:
             self.rows[numbers] = rows.copy()

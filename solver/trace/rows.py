@@ -12,7 +12,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.model import Value
+from rulesheets.model import Row
 from solver.facts import Status
 from solver.ranking.branches import (
     Answers,
@@ -89,7 +89,7 @@ def columns_of(number: int, count: int) -> list[Array]:
     return [room[start : start + count] for room, start in zip(rooms, starts, strict=True)]
 
 
-Outcome: TypeAlias = Callable[[int], tuple[Status, list[tuple[Value, ...]]]]
+Outcome: TypeAlias = Callable[[int], tuple[Status, list[Row]]]
 """Solves a row: its status, and the wanted values of every answer."""
 
 
@@ -390,7 +390,7 @@ class AnswerSweeper:
         left: Array = np.arange(count, dtype=np.int32 if count < 2**31 else np.int64)
         most = records = refusals = 0
         best = self.records.useful
-        alone: dict[int, list[tuple[Value, ...]]] = {}
+        alone: dict[int, list[Row]] = {}
         while len(left):
             if len(left) > WORTH:
                 for place in [p for p in self.records.order if p >= records]:
@@ -485,7 +485,7 @@ class AnswerSweeper:
         return left[~holds]
 
 
-def listed(rows: Sequence[list[tuple[Value, ...]]]) -> Answers:
+def listed(rows: Sequence[list[Row]]) -> Answers:
     """The answers of rows as planes."""
     counts = np.array([len(found) for found in rows], dtype=np.int64)
     planes = []
