@@ -15,7 +15,7 @@ from rulesheets.diagnosis import Diagnosis, RuleSheetError, error, plural
 from rulesheets.inputs import override, variables_named
 from rulesheets.model import Model, Tolerance, Value, Values
 from solver.accuracy.forward_error import ForwardErrors
-from solver.facts import Attempt, OutOfTime, Proof, Status, UnknownName, Unmet
+from solver.facts import Attempt, Gap, OutOfTime, Proof, Status, UnknownName, Unmet
 from solver.leaves import (
     Asked,
     CutOff,
@@ -95,8 +95,8 @@ class Result(Shown):
     ``wanted`` are the names that decide the status, ``undetermined`` those that stay unknown. If
     the status is not ``solved``, ``partial`` holds what the inputs determine. ``origins`` are the
     steps of the path that the values of the primary answer (or of ``partial``) came from;
-    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order. ``gaps``
-    say why ``solutions`` may not be all. ``near`` solves the same for other inputs, near to given
+    ``attempts`` the methods that were tried on each of its simultaneous blocks, in order; ``open``
+    what may have other answers. ``near`` solves the same for other inputs, near to given
     values.
     """
 
@@ -113,14 +113,22 @@ class Result(Shown):
     partial: Values = field(default_factory=dict)
     origins: Mapping[str, Step] = field(default_factory=dict, repr=False)
     attempts: Mapping[SolveBlock, tuple[Attempt, ...]] = field(default_factory=dict, repr=False)
-    gaps: tuple[Diagnosis, ...] = field(default=(), repr=False)
+    open: tuple[Gap, ...] = field(default=(), repr=False)
     near: Near | None = field(default=None, repr=False, compare=False)
 
     @cached_property
     def diagnoses(self) -> tuple[Diagnosis, ...]:
         """The messages about the result, for which remedies are tried: made when they are asked
         for, or within the limit in time where there is one."""
-        return self.explain()
+        return tuple(dict.fromkeys((*self.explain(), *(g for g in self.gaps if g.code == CUT))))
+
+    @cached_property
+    def gaps(self) -> tuple[Diagnosis, ...]:
+        """Why ``solutions`` may not be all."""
+        from solver.solution.explain import gap_note  # most lists are complete
+
+        first = sorted(self.open, key=lambda gap: not gap.cut)
+        return tuple(gap_note(self.model, gap) for gap in first)
 
     def __getstate__(self) -> dict[str, object]:
         own: dict[str, object] = {name: self.__dict__[name] for name in self.__match_args__}
@@ -269,8 +277,6 @@ def solve(
             found = explore_required(asked, always=prove)
             verdict, found, by = conclude(asked, found, prove=prove, limits=limits or model.limits)
             result = _result(asked, by, verdict, found, prove)
-            if result.status is Status.SOLVED and not result.complete:
-                result = _with_gaps(result, found)
             if limited():
                 _ = result.diagnoses
             return result
@@ -279,16 +285,6 @@ def solve(
         return _cut_off(asked, up if isinstance(up, CutOff) else nothing)
     finally:
         gc.set_threshold(*usual)
-
-
-def _with_gaps(result: Result, found: Exploration) -> Result:
-    """The result with notes on what may be missing from its answers."""
-    from solver.solution.explain import gap_note
-
-    first = sorted(found.gaps, key=lambda gap: not gap.cut)
-    gaps = tuple(gap_note(result.model, gap) for gap in first)
-    cut = [note for note in gaps if note.code == CUT]
-    return replace(result, gaps=gaps, explain=lambda: (*result.diagnoses, *cut))
 
 
 def conclude(
@@ -322,7 +318,8 @@ def _cut_off(asked: Asked, reached: CutOff) -> Result:
         verdict = verdict._replace(facts=(fact,))
     else:
         verdict = Verdict(Status.FAILED, (), (fact,))
-    result = _result(asked, asked.model, verdict, reached.found, False)
+    found = replace(reached.found, gaps=())
+    result = _result(asked, asked.model, verdict, found, False)
     return result if result.solutions else replace(result, partial=reached.known)
 
 
@@ -357,11 +354,12 @@ def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove
                 with suppress(TimeIsUp):
                     proof = proved(by, leaf, inputs)
             solutions.append(Solution(values, leaf.worst, leaf.checked, measure, proof, names))
+    complete = is_complete(verdict, found)
     return Result(
         model=model,
         status=status,
         solutions=tuple(solutions),
-        complete=is_complete(verdict, found),
+        complete=complete,
         inputs=inputs,
         guesses=guesses,
         wanted=tuple(name for name in judged if name not in beyond),
@@ -371,6 +369,7 @@ def _result(asked: Asked, by: Model, verdict: Verdict, found: Exploration, prove
         partial=determined,
         origins={} if primary is None else primary.branch.origins,
         attempts={} if primary is None else primary.branch.attempts,
+        open=() if complete or status is not Status.SOLVED else found.gaps,
         near=partial(_near, asked),
     )
 
