@@ -439,7 +439,8 @@ def test_a_field_is_the_one_that_grows_from_rest(count: int, strength: float) ->
             u = root(missed, u, args=(share * k,)).x
         model = rulesheets.loads(field(count, rule, 0, 0, k=k))
         names = [f"u{i}" for i in range(1, count + 1)]
-        assert [solver.solve(model)[name] for name in names] == pytest.approx(u, rel=1e-6)
+        found = solver.solve(model)
+        assert [found[name] for name in names] == pytest.approx(u, rel=1e-6)
         plan = solver.prepare(model, ["k"], names)
         assert plan(k) == pytest.approx(u, rel=1e-6)
         assert plan.sweep([0.9 * k, k])[names[0]][1] == pytest.approx(u[0], rel=1e-6)
