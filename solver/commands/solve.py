@@ -19,7 +19,6 @@ from rulesheets.inputs import override, variable_named
 from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
 from rulesheets.syntax import escaped
-from rulesheets.units.check import check_units, inferred
 from solver.commands import (
     GIVEN,
     SHEET,
@@ -197,6 +196,8 @@ def _saved(files: Iterable[str]) -> dict[str, float]:
 
 def _check(arguments: Namespace) -> int:
     """Load the sheet, which raises for all mistakes; then print a summary."""
+    from rulesheets.units.check import check_units, inferred  # a solve starts without them
+
     model = load_sheet(arguments)
     if arguments.json:
         found = [diagnosis_json(warning) for warning in check_units(model)]
