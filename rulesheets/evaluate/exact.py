@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from math import isfinite, isqrt
 from random import Random
-from typing import Any
+from typing import Any, TypeAlias
 
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
@@ -103,18 +103,39 @@ class Decimals(Rationals):
     def number(self, node: nodes.Number) -> Fraction:
         return as_written(node.value)
 
+    def applied(self, node: nodes.Call, arguments: list[Fraction]) -> Fraction:
+        match node.function, arguments:
+            case "int", [number]:
+                return Fraction(int(number))
+            case "sgn", [number]:
+                return Fraction((number > 0) - (number < 0))
+            case "step", [number, start]:
+                return Fraction(number >= start)
+        row = TABLE[node.function]
+        if row.jumps and row.definition is not None:
+            named = {f"a{k}": number for k, number in enumerate(arguments)}
+            return Decimals(named, None).of(row.definition(*map(nodes.Name, named)))
+        return super().applied(node, arguments)
 
-def as_written(number: float) -> Fraction:
-    """The decimal that a float was read from."""
+
+def as_written(number: float | str) -> Fraction:
+    """The decimal that a float was read from. Raises Inexact for a symbol."""
+    if isinstance(number, str):
+        raise Inexact(number)
     return Fraction(repr(float(number)))
 
 
-def cancels_as_written(expression: nodes.Expression, values: Mapping[str, Any]) -> bool:
-    """Whether an expression is 0 with the decimals of its numbers, as ``0.1*3 - 0.3``."""
+Reader: TypeAlias = Callable[[str], Fraction]
+"""The exact value of a variable. Raises Inexact or KeyError if it is not known."""
+
+
+def value_as_written(expression: nodes.Expression, read: Reader) -> Fraction | None:
+    """The exact value with the decimals of its numbers as written, 0 of ``0.1*3 - 0.3``; None if
+    there is none, or it is not known."""
     with suppress(Inexact, KeyError):
-        read = {name: as_written(values[name]) for name in nodes.names(expression)}
-        return not Decimals(read, None).of(expression)
-    return False
+        numbers = {name: read(name) for name in nodes.names(expression)}
+        return Decimals(numbers, None).of(expression)
+    return None
 
 
 class Independent(Decimals):
@@ -141,7 +162,7 @@ class Independent(Decimals):
 
     def applied(self, node: nodes.Call, arguments: list[Fraction]) -> Fraction:
         try:
-            return super().applied(node, arguments)
+            return Rationals.applied(self, node, arguments)
         except Inexact:
             named = {f"a{k}": number for k, number in enumerate(arguments)}
             return self._instead(nodes.Call(node.function, tuple(map(nodes.Name, named))), **named)

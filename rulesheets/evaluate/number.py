@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection
+from contextlib import suppress
 from operator import ge, gt, le, lt
 from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
@@ -219,6 +220,57 @@ def value(expression: Expression, values: Values) -> float:
     return result
 
 
+class _Close(Floats):
+    """Floats; ``found`` are sums of which no more than a share of their terms is left, divisors as
+    small, arguments that close to the end of a domain, and functions that jump as near."""
+
+    __slots__ = ("found", "share")
+
+    def __init__(self, values: Values, share: float) -> None:
+        super().__init__(values)
+        self.share, self.found = share, list[Expression]()
+
+    def sum(self, node: Sum) -> float:
+        total = size = 0.0
+        for term in node.terms:
+            number = self.of(term)
+            total, size = total + number, size + abs(number)
+        if abs(total) <= self.share * size != 0.0:
+            self.found.append(node)
+        return total
+
+    def divided(self, node: Quotient, above: float, below: float) -> float:
+        if isinstance(node.right, Call) and abs(below) <= self.share:
+            self.found.append(node.right)
+        return super().divided(node, above, below)
+
+    def applied(self, node: Call, arguments: list[float]) -> float:
+        row = TABLE[node.function]
+        for end in row.domain:
+            if 0.0 != abs(end) < math.inf and abs(arguments[0] - end) <= self.share * abs(end):
+                self.found.append(node.arguments[0])
+        if row.jumps:
+            moved = (arguments[0] * (1.0 + share) for share in (self.share, -self.share))
+            above, below = (super(_Close, self).applied(node, [x, *arguments[1:]]) for x in moved)
+            if abs(above - below) > STEEP * self.share * abs(arguments[0]):
+                self.found.append(node)
+        return super().applied(node, arguments)
+
+
+STEEP = 1e3
+"""Slope from which on a function jumps."""
+
+
+def undecided(expression: Expression, values: Values, share: float) -> list[Expression]:
+    """The parts of an expression that rounding decides about: sums of which no more than a
+    ``share`` of their terms is left, tiny divisors, arguments next to the end of a domain,
+    functions next to a jump. As far as the expression has a value."""
+    tried = _Close(values, share)
+    with suppress(Undefined):
+        tried.of(expression)
+    return tried.found
+
+
 TOLERANCE = 16.0 * float_info.epsilon
 
 
@@ -236,11 +288,11 @@ def holds(
 ) -> bool:
     """Whether ``condition`` is true; ``given`` are the names of the inputs.
 
-    ``=`` and ``<>`` of numbers use the comparison tolerance (or ``same``); the other comparisons
-    are exact. A symbol is equal only to itself; compared with anything else every relation but
-    ``<>`` is false. Terms of ``and`` and ``or`` that cannot be evaluated do not matter if another
-    term decides. Raises KeyError (a variable without a value) or Undefined if the condition is
-    undecided.
+    ``=`` and ``<>`` of numbers use the comparison tolerance; the other comparisons are exact;
+    ``same`` decides in place of both. A symbol is equal only to itself; compared with anything else
+    every relation but ``<>`` is false. Terms of ``and`` and ``or`` that cannot be evaluated do not
+    matter if another term decides. Raises KeyError (a variable without a value) or Undefined if the
+    condition is undecided.
     """
     match condition:
         case Comparison():
@@ -298,10 +350,12 @@ def _compare(comparison: Comparison, values: Values, same: Same | None = None) -
     operator, asked = comparison.operator, comparison.operator in ("=", "<>")
     if isinstance(left, str) or isinstance(right, str):
         return asked and (left == right) is (operator == "=")
+    alike = equal(left, right) if asked else left == right
+    if same is not None and (asked or left != right):
+        alike = same(comparison, left, right)
     if asked:
-        alike = equal(left, right) if same is None else same(comparison, left, right)
         return alike == (operator == "=")
-    order: bool = _ORDERS[operator](left, right)
+    order: bool = _ORDERS[operator](left, right if not alike else left)
     return order
 
 

@@ -23,6 +23,7 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended, extended_derivatives
+from rulesheets.evaluate.exact import as_written, value_as_written
 from rulesheets.model import Equation, Values
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, terms, walk
 from solver.accuracy.rule_sides import (
@@ -32,6 +33,7 @@ from solver.accuracy.rule_sides import (
     jumps,
     leads_to_zero,
     moves_of,
+    passed_end,
     remembered,
     sides,
     symbol_of,
@@ -39,6 +41,7 @@ from solver.accuracy.rule_sides import (
 )
 from solver.numerics.tolerances import (
     BACKWARD,
+    CANCELLED,
     COMMON,
     EPS,
     PRECISIONS,
@@ -59,9 +62,17 @@ def check_rule(equation: Equation, values: Values) -> RuleCheck:
     if kept.check is None:
         found = _by_slopes(equation, values)
         if found.holds and found.miss is not None and jumps(equation) and _leaps(equation, values):
-            found = RuleCheck(False, found.miss, found.scaled)
+            found = RuleCheck(False, found.miss, found.scaled, delicate=True)
+        if not found.holds and jumps(equation) and _is_met(equation, values):
+            found = RuleCheck(True, 0.0)
         kept.check = found
     return kept.check
+
+
+def _is_met(equation: Equation, values: Values) -> bool:
+    """Whether a rule with jumps holds with the decimals as written: ``n = int(0.57*100)`` at
+    57."""
+    return value_as_written(equation.form, lambda name: as_written(values[name])) == 0
 
 
 def _by_slopes(equation: Equation, values: Values) -> RuleCheck:
@@ -74,7 +85,7 @@ def _by_slopes(equation: Equation, values: Values) -> RuleCheck:
         a, b, slopes, noise = sides(equation, values)
     except Undefined as error:
         underflow = 0.0 in error.arguments  # a divisor, or what a logarithm is taken of
-        if error.overflow or underflow:
+        if error.overflow or underflow or passed_end(error, values, CANCELLED):
             return look_again(equation, values, math.inf)
         return RuleCheck(False, None, math.inf)
     miss, off = a - b, abs(a - b) + noise
@@ -270,11 +281,7 @@ class RuleInDigits:
         for name, number, size in self._numbers(digits):
             for share in (-BACKWARD, BACKWARD):
                 tried = [number + size * change for change in (share, share / 1e3, 0.0)]
-                found = [
-                    (at, miss)
-                    for at in tried
-                    if (miss := self._tried(name, at, digits)) is not None
-                ]
+                found = [(at, self._tried(name, at, digits)) for at in tried]
                 if any(miss == 0 for _, miss in found):
                     return True
                 if any(self._meet(name, one, other, digits) for one, other in pairwise(found)):
@@ -304,15 +311,24 @@ class RuleInDigits:
         return abs(miss) <= BACKWARD**2 * min(bends, most) and not self.absorbed()
 
     def _meet(self, name: str, one: tuple[Any, Any], other: tuple[Any, Any], digits: int) -> bool:
-        """Whether F has a root between two points (value, F), not a pole or a jump."""
-        largest = max(abs(one[1]), abs(other[1]))
+        """Whether F has a root between two points (value, F), not a pole or a jump; or shrinks to 0
+        towards the end of its domain, beyond which it is None."""
+        if one[1] is None:
+            one, other = other, one
+        if one[1] is None or (other[1] is not None and one[1] * other[1] > 0):
+            return False
+        ends, largest = other[1] is None, max(abs(one[1]), abs(other[1] or 0))
         for _ in range(HALVINGS):
             middle = (one[0] + other[0]) / 2
-            there = self._tried(name, middle, digits) if one[1] * other[1] <= 0 else None
-            if there is None:
+            there = self._tried(name, middle, digits)
+            if there is None and not ends:
                 return False
-            one, other = ((middle, there), other) if there * one[1] > 0 else (one, (middle, there))
-        return bool(max(abs(one[1]), abs(other[1])) * 2 ** (HALVINGS // 4) < largest)
+            if there is not None and there * one[1] > 0:
+                one = middle, there
+            else:
+                other = middle, there
+                ends = there is None
+        return bool(max(abs(one[1]), abs(other[1] or 0)) * 2 ** (HALVINGS // 4) < largest)
 
     def _tried(self, name: str, number: Any, digits: int) -> Any | None:
         with suppress(Undefined):

@@ -4,14 +4,14 @@ numbers leave open."""
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from struct import pack, unpack
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.gradient import BY_SIZE
-from rulesheets.functions import named
+from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Row, Values, once
 from rulesheets.syntax import nodes
 from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
@@ -144,6 +144,39 @@ def moves_of(slopes: Mapping[str, float], values: Values) -> Iterator[float]:
         for name, slope in slopes.items()
         if isinstance(v := values[name], float) and v
     )
+
+
+def passed_end(
+    undefined: Undefined, values: Values, share: float, exact: Container[str] = ()
+) -> tuple[nodes.Expression, float] | None:
+    """The argument with which an operation has left its domain, and the end of this that it lies
+    beyond by no more than a share of what it is made of: rounding may have led it there.
+
+    Numbers, and the names that are ``exact``, are made of nothing else.
+    """
+    match undefined.expression:
+        case nodes.Call(function, arguments):
+            ends = TABLE[function].domain
+        case nodes.Quotient(_, divisor):
+            arguments, ends = (divisor,), (0.0, 0.0)
+        case nodes.Power(base, _):
+            arguments, ends = (base,), (0.0, 0.0)
+        case _:
+            return None
+    for argument in arguments:
+        try:
+            number, slopes, rounded = rounded_derivatives(argument, values)
+        except (Undefined, KeyError):  # of the stages before the unknown
+            continue
+        made_of = sum(moves_of(slopes, values))
+        known = isinstance(argument, nodes.Number) or (
+            isinstance(argument, nodes.Name) and argument.name in exact
+        )
+        lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
+        for end in ends:
+            if lost or (not known and abs(number - end) <= share * made_of):
+                return argument, end
+    return None
 
 
 # --- what the last places of given numbers leave open: of inputs, and of numbers in rules ---

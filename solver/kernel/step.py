@@ -7,36 +7,33 @@ from __future__ import annotations
 
 import math
 from bisect import bisect
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from fractions import Fraction
 from itertools import zip_longest
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from rulesheets.diagnosis import listed
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
+from rulesheets.evaluate import Undefined, rounded_derivatives, value
 from rulesheets.evaluate.digits import extended, in_many_digits
-from rulesheets.evaluate.exact import cancels_as_written
-from rulesheets.evaluate.number import number_text
-from rulesheets.functions import TABLE
+from rulesheets.evaluate.exact import as_written, value_as_written
+from rulesheets.evaluate.number import number_text, undecided
 from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,
     Number,
-    Power,
     Quotient,
-    Sum,
     Symbol,
+    exchange,
     names,
-    substitute,
-    subtract,
 )
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import moves_of, sides
+from solver.accuracy.rule_sides import jumps, moves_of, passed_end, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.emitter import enclose
+from solver.kernel.written import WrittenNumbers, led_to
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
@@ -49,7 +46,7 @@ from solver.numerics.tolerances import (
     LOST_TURN,
     SAME_TURN,
 )
-from solver.path import TARGET, Quadratic, Stage
+from solver.path import TARGET, Quadratic, Stage, Step
 from solver.path.graph import ModelGraph, within_half_turns
 
 OTHERWISE = "another value of"
@@ -142,7 +139,8 @@ class StepOutcome(NamedTuple):
     one.
 
     ``double``: two preimages coincide. ``delicate``: a target so close to the end of an image that
-    rounding decides how many preimages there are.
+    rounding decides how many preimages there are. ``rounded``: the floats of numbers on the way are
+    not near enough to what the decimals as written lead to.
     """
 
     values: tuple[Value, ...] = ()
@@ -150,6 +148,12 @@ class StepOutcome(NamedTuple):
     complete: bool = True
     double: DoubleRoot | None = None
     delicate: bool = False
+    rounded: bool = False
+
+
+def in_floats(values: Mapping[str, Any]) -> dict[str, Value]:
+    """The nearest floats of numbers with more digits."""
+    return {name: v if isinstance(v, str) else float(v) for name, v in values.items()}
 
 
 class NoPreimage(Exception):
@@ -167,9 +171,10 @@ class StepSolver:
     was moved to the end of an image. ``delicate``: rounding decides whether there is a preimage.
     ``floats`` are the known ``values`` in floats, for the rule check. ``guess``: of the unknown, if
     many turns are answers. ``careful``: formulas are evaluated in many digits where floats cancel.
+    ``origins`` are the steps that some of the values came from.
     """
 
-    rounds, by_decimals, cancelled = True, True, False
+    rounds, by_decimals, cancelled, rounded = True, True, False, False
 
     def __init__(
         self,
@@ -179,9 +184,10 @@ class StepSolver:
         values: Values,
         guess: float | None = None,
         careful: bool = False,
+        origins: Mapping[str, Step] | None = None,
     ) -> None:
         self.graph, self.index, self.unknown, self.guess = graph, equation, unknown, guess
-        self.careful = careful
+        self.careful, self.known, self.origins = careful, values, origins or {}
         self.equation = graph.model.equations[equation]
         self.variable = graph.model.variables[unknown]
         isolation, names = graph.isolated(equation, graph.number[unknown])
@@ -189,6 +195,7 @@ class StepSolver:
         self.isolation, own = isolation, self.equation.names
         self.floats: dict[str, Value] = {name: values[name] for name in own if name in values}
         self.values = {name: values[n] for name, n in zip(names, own, strict=True) if n in values}
+        self.names = names
         self.proven = self.complete = isolation.proven
         self.clamped = self.delicate = False
 
@@ -210,7 +217,9 @@ class StepSolver:
             if len(found) == 1 and isinstance(found[0], str):
                 return StepOutcome((found[0],))
             outcome = self._kept([self._wrapped(v) for v in found if not isinstance(v, str)])
-        return outcome if outcome.values or self.proven else self._unproven(outcome.delicate)
+        if not (outcome.values or self.proven):
+            outcome = self._unproven(outcome.delicate)
+        return outcome._replace(rounded=True) if self.rounded else outcome
 
     def _unproven(self, delicate: bool) -> StepOutcome:
         fact = NoRoot((self.index,), (self.unknown,), proven=False)
@@ -219,28 +228,7 @@ class StepSolver:
     def _on_the_edge(self, undefined: Undefined) -> bool:
         """Whether rounding may have led an operation out of its domain: to a pole, beyond an
         end."""
-        match undefined.expression:
-            case Call(function, arguments):
-                ends = TABLE[function].domain
-            case Quotient(_, divisor):
-                arguments, ends = (divisor,), (0.0, 0.0)
-            case Power(base, _):
-                arguments, ends = (base,), (0.0, 0.0)
-            case _:
-                return False
-        for argument in arguments:
-            try:
-                number, slopes, rounded = rounded_derivatives(argument, self.values)
-            except (Undefined, KeyError):  # of the stages before the unknown
-                continue
-            made_of = sum(moves_of(slopes, self.values))
-            exact = isinstance(argument, Name | Number)
-            lost = number == 0.0 and rounded != 0.0  # for want of floats as small as it
-            if lost or (
-                not exact and any(abs(number - end) <= CANCELLED * made_of for end in ends)
-            ):
-                return True
-        return False
+        return passed_end(undefined, self.values, CANCELLED, self._uncomputed()) is not None
 
     def _wrapped(self, number: float) -> float:
         """An angle without a declared range is reported in (-180, 180]."""
@@ -357,6 +345,9 @@ class StepSolver:
         ``1/cosd(d) - 1`` at a small d in many digits."""
         if isinstance(formula, Number) or (self.floats and not self.careful):
             return number
+        with suppress(OverflowError):
+            if (exact := self._written(formula)) is not None:
+                return float(exact)
         with suppress(Undefined):  # a part may overflow where the value does not
             _, slopes, rounded = rounded_derivatives(formula, self.values)
             if rounded <= BACKWARD * sum(moves_of(slopes, self.values)):
@@ -379,12 +370,13 @@ class StepSolver:
     def _explained(self, number: float) -> bool:
         """Whether what the rule misses by in floats is the rounding of its variables, and not of
         its own numbers."""
-        at = self._floats(number)
+        at, moves = self._floats(number), math.inf
         with suppress(Undefined):
             left, right, slopes, _ = sides(self.equation, at)
             moves = sum(moves_of(slopes, at))
-            return moves > 0.0 and abs(left - right) <= BACKWARD * moves
-        return False
+        if jumps(self.equation) or not math.isfinite(moves):  # as at the end of a domain
+            return check_rule(self.equation, at).holds
+        return moves > 0.0 and abs(left - right) <= BACKWARD * moves
 
     def _slope(self, number: float) -> tuple[float | None, float]:
         """The residual of the equation in floats, and its slope by the unknown."""
@@ -409,16 +401,50 @@ class StepSolver:
             return [self.values[isolation.start.name]]
         found = self._undo([self._start()], isolation.stages)
         if self.cancelled and not all(map(self._explained, found)):
-            self.by_decimals = False
+            self.by_decimals, self.rounded = False, True
             found = self._undo([self.evaluate(isolation.start, self.values)], isolation.stages)
         return list(found)
 
     def _start(self) -> float:
-        """The value of the start; 0 if it is a sum of which nothing is left."""
-        start, known = self.isolation.start, self.values
-        number = self.evaluate(start, known)
-        rests = isinstance(start, Sum) and self._is_tiny(start, known)
-        return 0.0 if rests and self._vanishes(start, known) else number
+        """The value of the start, with the decimals as written where floats leave but rounding."""
+        return self._within_domains(self._by_decimals(self.isolation.start, self.values)[0])
+
+    def _by_decimals(self, formula: Expression, at: Values) -> tuple[Expression, bool]:
+        """A formula with the numbers that its parts are with the decimals as written, where floats
+        leave but rounding; and whether there are such parts."""
+        close = undecided(formula, in_floats(at), CANCELLED) if self.by_decimals else []
+        known = dict[Expression, float]()
+        for part in close:
+            exact = None if isinstance(part, Number) else self._written(part, at)
+            if exact is not None and exact == float(exact):
+                known[part] = float(exact)
+        if not known:
+            return formula, bool(close)
+        self.cancelled = True
+        for part, number in known.items():
+            formula = exchange(formula, part, Number(number))
+        return self._by_decimals(formula, at)[0], True
+
+    def _within_domains(self, formula: Expression) -> float:
+        """The value of a formula, where arguments that only rounding has led beyond the end of a
+        domain lie at that end: ``acosd((a^2 + b^2 - c^2)/(2*a*b))`` of a flat triangle."""
+        try:
+            return self.evaluate(formula, self.values)
+        except Undefined as undefined:
+            passed = passed_end(undefined, in_floats(self.values), BACKWARD, self._uncomputed())
+            if passed is None or isinstance(undefined.expression, Quotient):
+                raise
+            argument, end = passed
+            with suppress(Undefined):
+                number = self._within_domains(exchange(formula, argument, Number(end)))
+                self.clamped = True
+                return number
+            raise
+
+    def _uncomputed(self) -> set[str]:
+        """The names, in the isolation, of numbers that were not computed."""
+        both = zip(self.names, self.equation.names, strict=True)
+        return {name for name, own in both if own not in self.origins}
 
     def evaluate(self, expression: Expression, values: Values) -> float:
         return value(expression, values)
@@ -453,29 +479,34 @@ class StepSolver:
         return targets
 
     def _as_written(self, target: float, stage: Stage, before: Sequence[Stage]) -> float:
-        """The target, or the open end of an image next to it that the decimals as written lead
-        to."""
-        for end, is_open in ((stage.low, stage.low_open), (stage.high, stage.high_open)):
-            near = is_open and 0.0 < abs(target - end) <= CANCELLED * abs(end) < math.inf
+        """The target, or the end of an image next to it that the decimals as written lead to."""
+        for end in (stage.low, stage.high):
+            near = 0.0 < abs(target - end) <= CANCELLED * abs(end) < math.inf
             if near and self._leads_to(end, before):
                 return end
         return target
 
     def _leads_to(self, number: float, stages: Sequence[Stage]) -> bool:
         """Whether some stages lead exactly to a number with the decimals as written."""
-        target: Expression = self.isolation.start
-        for stage in stages:
-            form, *others = stage.forms
-            if others or stage.period is not None:
-                return False
-            target = substitute(form, {TARGET.name: target})
-        return self._vanishes(subtract(target, Number(number)), self.values)
-
-    def _vanishes(self, expression: Expression, at: Values) -> bool:
-        """Whether nothing is left of an expression with the decimals as written."""
-        found = self.by_decimals and cancels_as_written(expression, at)
+        target = led_to(self.isolation, tuple(stages))
+        found = target is not None and self._written(target) == number
         self.cancelled = self.cancelled or found
         return found
+
+    def _written(
+        self, expression: Expression, at: Mapping[str, Any] | None = None
+    ) -> Fraction | None:
+        """The exact value of an expression of names of the isolation, and of the target ``at`` a
+        stage, with the decimals as written; None if it is not known."""
+        if not self.by_decimals:
+            return None
+        written = WrittenNumbers(self.graph, self.known, self.origins)
+        own = dict(zip(self.names, self.equation.names, strict=True))
+
+        def read(name: str) -> Fraction:
+            return as_written(at[name]) if at and name == TARGET.name else written.number(own[name])
+
+        return value_as_written(expression, read)
 
     def _operands(self, stage: Stage, target: float, rest: tuple[Stage, ...]) -> list[float]:
         """The operands for which an operation has the target as its value."""
@@ -563,21 +594,14 @@ class StepSolver:
     def _coefficient(self, expression: Expression, at: Values) -> float:
         """The value of an expression; 0 if it is with the decimals as written: the last digits of
         0.1 and 0.3 would lead to roots of 1e17."""
-        number, tiny = self.evaluate(expression, at), self._is_tiny(expression, at)
-        self.delicate = self.delicate or (tiny and self.rounds)
-        return 0.0 if tiny and self._vanishes(expression, at) else number
-
-    def _is_tiny(self, expression: Expression, at: Values) -> bool:
-        """Whether the value of an expression is tiny relative to its terms, but not 0, in
-        floats."""
         if isinstance(expression, Name | Number):
-            return False
-        floats = {n: v if isinstance(v := at[n], str) else float(v) for n in names(expression)}
-        try:
-            result, slopes = derivatives(expression, floats)
-        except Undefined:
-            return False
-        return result != 0.0 and abs(result) <= CANCELLED * sum(moves_of(slopes, floats))
+            return self.evaluate(expression, at)
+        formula, cancels = self._by_decimals(expression, at)
+        number = self.evaluate(formula, at)
+        self.delicate = self.delicate or (cancels and self.rounds and number != 0.0)
+        if number and abs(number) <= CANCELLED and self._written(expression, at) == 0:
+            number, self.cancelled = 0.0, True
+        return number
 
     def _whole_exponent(self, stage: Stage, target: float) -> float | None:
         """The only exponent that may take a negative base to a target: real powers of it have whole

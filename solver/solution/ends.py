@@ -7,16 +7,20 @@ import math
 from collections.abc import Callable, Collection, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
-from rulesheets.evaluate import Undefined, derivatives
+from rulesheets.evaluate import Undefined, derivatives, holds
+from rulesheets.evaluate.exact import value_as_written
+from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value, Values
-from rulesheets.syntax.nodes import subtract
+from rulesheets.syntax.nodes import Comparison, Condition, subtract
 from solver.accuracy.alike import accepted
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.kernel.problem import Budget
 from solver.kernel.step import StepSolver
+from solver.kernel.written import WrittenNumbers
 from solver.leaves import (
     Asked,
     Branch,
@@ -58,7 +62,7 @@ class Ends:
         self.most_leaves = min(MAX_LEAVES, max(FEW_LEAVES, listable))
         self.planner = planner(asked.model)
         self.graph = self.planner.graph
-        self.analysis = CaseAnalysis(asked.model, self.inputs)
+        self.analysis = CaseAnalysis(asked.model, self.inputs, self._holds)
         self.budget = Budget()
         self.outcomes: Outcomes = {}
         self._begin()
@@ -133,6 +137,17 @@ class Ends:
     def _known(self) -> Leaf | None:
         """The first answer, or the first case that leaves something undetermined."""
         return self.leaves[0] if self.leaves else self._underdetermined_since(0)
+
+    def _holds(self, condition: Condition, branch: Branch) -> bool:
+        return holds(condition, branch.values, self.inputs, partial(self._same, branch))
+
+    def _same(self, branch: Branch, comparison: Comparison, one: float, other: float) -> bool:
+        """Whether numbers are equal: ``=`` and ``<>`` within the tolerance of comparisons, others
+        if they are with the decimals as written."""
+        if not equal(one, other) or comparison.operator in ("=", "<>"):
+            return equal(one, other)
+        read = WrittenNumbers(self.graph, branch.values, branch.origins).number
+        return value_as_written(subtract(comparison.left, comparison.right), read) == 0
 
     # --- the end of a branch ---
 

@@ -90,12 +90,13 @@ class PathSearch(Ends):
         self.expected: Mapping[Pair, Sign] | None = None
         self._settling = False  # whether only the expected case of each comparison is followed
         self.first_path: Sequence[Step] | None = None
-        self.forked = 1
+        self.forked, self.rounded = 1, False
 
     def run(self) -> Exploration:
         """All answers; if the preferred answers of blocks lead to none, those from the others.
 
-        After a contradiction that rounding may explain, formulas are evaluated with care.
+        After a contradiction that rounding may explain, or where numbers on the way have lost too
+        many digits, formulas are evaluated with care.
         """
         start = self._start()
         try:
@@ -104,7 +105,8 @@ class PathSearch(Ends):
             with grace(GRACE):
                 raise CutOff(self._found(), start.values) from None
         # perhaps by cancelled digits alone
-        if self.delicate and self.contradicted and not self.careful:
+        doubtful = self.rounded or (self.delicate and self.contradicted)
+        if doubtful and not self.careful:
             self.careful = True
             self._begin()
             return self.run()
@@ -295,6 +297,7 @@ class PathSearch(Ends):
         listed = [{unknown: value} for value in values]
         self.note(outcome.complete, (equation,), (unknown,), listed, cut)
         self.delicate |= outcome.delicate
+        self.rounded |= outcome.rounded
         if outcome.fact is not None:
             if isinstance(outcome.fact, AsksNothing):
                 branch.inactive[equation] = outcome.fact
@@ -321,9 +324,8 @@ class PathSearch(Ends):
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
-        return StepSolver(
-            self.graph, equation, unknown, branch.values, guess, self.careful
-        ).outcome()
+        asked = self.graph, equation, unknown, branch.values, guess, self.careful
+        return StepSolver(*asked, branch.origins).outcome()
 
     def _forks(
         self, branch: Branch, step: Step, found: Sequence[tuple[Values, Facts]]

@@ -15,11 +15,10 @@ from functools import partial
 from itertools import chain, repeat
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, holds, value
+from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.evaluate.digits import context, extended
-from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Row, Value, Values
-from rulesheets.syntax.nodes import Comparison, Condition, Expression, names
+from rulesheets.syntax.nodes import Comparison, Expression, names
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import absorbs, check_rule
@@ -32,8 +31,8 @@ from solver.kernel.chain import Chain, followed, slope_chain
 from solver.kernel.enclosure import Enclosure
 from solver.kernel.linear_block import undetermined
 from solver.kernel.problem import BlockProblem, InputErrors
-from solver.kernel.step import NoPreimage, StepOutcome, StepSolver
-from solver.leaves import Asked, Branch, CaseAnalysis, Exploration
+from solver.kernel.step import NoPreimage, StepOutcome, StepSolver, in_floats
+from solver.leaves import Asked, Branch, Exploration
 from solver.numerics.elimination import eliminate
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
@@ -110,7 +109,6 @@ class _PreciseSearch(PathSearch):
             if (outcome.complete or outcome.answers) and not outcome.delicate:
                 self._before.setdefault(step, []).append(known)
         self.first_path = ()  # none is solved as one block
-        self.analysis = CaseAnalysis(self.model, self.inputs, self._holds)
 
     # --- steps and blocks ---
 
@@ -118,7 +116,8 @@ class _PreciseSearch(PathSearch):
         """The values of a step; or the double root that rules miss by no more than the last places
         of given numbers, such as that of ``x^2 - 1.72*x + 0.7396 = 0`` at 0.86."""
         asked = self.digits, self.graph, equation, unknown, _known(branch)
-        found = _PreciseStep(*asked, self.guesses.get(unknown)).outcome()
+        guess = self.guesses.get(unknown)
+        found = _PreciseStep(*asked, guess, False, branch.origins).outcome()
         if not found.delicate or found.double or len(found.values) not in (0, 2):
             return found
         rule = self.model.equations[equation]
@@ -162,23 +161,20 @@ class _PreciseSearch(PathSearch):
         steps, decided = branch.steps, branch.conditions
         return forward_errors(self.model, branch.values, steps, decided, inputs=given).error
 
-    def _holds(self, condition: Condition, branch: Branch) -> bool:
+    def _same(self, branch: Branch, comparison: Comparison, one: float, other: float) -> bool:
         """Numbers are equal if the last places of the given numbers explain their difference."""
-
-        def same(comparison: Comparison, one: float, other: float) -> bool:
-            if not equal(one, other):
-                return False
-            sides, known = (comparison.left, comparison.right), _known(branch)
-            left, right = (extended(side, known, self.digits) for side in sides)
-            moved = self._off(branch)
-            slopes = [derivatives(side, branch.values)[1].items() for side in sides]
-            reach = sum(
-                abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name)
-            )
-            near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
-            return bool(abs(left - right) <= reach + near)
-
-        return holds(condition, branch.values, self.inputs, same)
+        same = super()._same(branch, comparison, one, other)
+        if not same or comparison.operator not in ("=", "<>"):
+            return same
+        sides, known = (comparison.left, comparison.right), _known(branch)
+        left, right = (extended(side, known, self.digits) for side in sides)
+        moved = self._off(branch)
+        slopes = [derivatives(side, branch.values)[1].items() for side in sides]
+        reach = sum(
+            abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name)
+        )
+        near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
+        return bool(abs(left - right) <= reach + near)
 
     # --- values ---
 
@@ -303,7 +299,7 @@ class _PreciseStep(StepSolver):
     def __init__(self, digits: int, *asked: Any) -> None:
         super().__init__(*asked)
         self.digits, self.mp = digits, context(digits)
-        self.floats = {n: v if isinstance(v, str) else float(v) for n, v in self.floats.items()}
+        self.floats = in_floats(self.floats)
 
     def evaluate(self, expression: Expression, values: Values) -> Any:
         result = extended(expression, values, self.digits)

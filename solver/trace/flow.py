@@ -271,8 +271,11 @@ class Flow(Graph):
                 # certain.
                 self.require(self.beyond(known.y, NEAR, self.add("abs", known.x)))
                 return self.false
+        return self.decide(left, right)
+
+    def decide(self, left: int, right: int) -> int:
+        """Whether numbers are nearly equal: where they are, more digits than floats have decide."""
         near = self.add("near", left, right)
-        # More digits than floats have decide whether nearly equal numbers are equal.
         self.require(self.add("or", self.add("not", near), self.add("eq", left, right)))
         return near
 

@@ -21,7 +21,7 @@ from solver.path.isolate import without_logarithm
 from solver.path.planner import planner
 from solver.trace.compensated import noise, residual
 from solver.trace.flow import LIBRARY, Flow, Numbers
-from solver.trace.graph import LEAVES, NotCompilable
+from solver.trace.graph import LEAVES, RATIONAL, NotCompilable, computed_from
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full
@@ -118,7 +118,11 @@ class Guards:
                     return self.flow.constant(
                         (one == other) is (operator == "=") and operator in ("=", "<>")
                     )
-                sides = (self._expression(state, side) for side in (left, right))
+                sides = [self._expression(state, side) for side in (left, right)]
+                # decimals may decide between rational numbers
+                made = {self.flow.nodes[node][0] for node in computed_from(self.flow, sides)}
+                if not LEAVES.issuperset(made) and RATIONAL.issuperset(made):
+                    self.flow.decide(*sides)
                 return self.flow.compare(operator, *sides)
             case And(terms) | Or(terms):
                 join = "and" if isinstance(condition, And) else "or"
@@ -191,6 +195,8 @@ class Guards:
             if self._is_lost_in_rounding(state, equation):
                 raise NotCompilable
             if equation.index in state.settled:
+                for clear in self._clear_of_edges(state, equation):
+                    self.flow.require(clear)
                 continue
             active = self._active(state, equation.guard)
             if active is None or active == self.flow.false:
@@ -290,8 +296,11 @@ class Guards:
         """Whether no function jumps close to the computed values: slopes are useless there."""
         flow = self.flow
         for function, height in heights(equation) if jumps(equation) else ():
-            if all(flow.nodes[state.values[name]][0] in LEAVES for name in nodes.names(height)):
-                continue
+            if (
+                isinstance(height, nodes.Name)
+                and flow.nodes[state.values[height.name]][0] in LEAVES
+            ):
+                continue  # a given number is exact
             at = self._expression(state, height)
             apart = at if function in ("sgn", "step") else flow.add("sub", at, flow.add("rint", at))
             if function == "round":

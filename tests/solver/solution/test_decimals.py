@@ -1,11 +1,13 @@
-"""A limit that is only approached, asked for by its decimals: the last digits of floats lead to no
-answer of 1e17."""
+"""Decimals decide where floats leave nothing but rounding: whether a limit is only approached, a
+divisor is 0, an argument lies at the end of a domain."""
 
 from __future__ import annotations
 
+import contextlib
 from decimal import Decimal
 
-from hypothesis import given
+import pytest
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 import rulesheets
@@ -74,3 +76,150 @@ def test_next_to_the_limit_there_is_one(most: Decimal, half: Decimal, below: int
     (answer,) = result.solutions
     exact = half * Decimal(float(rate)) / (Decimal(float(most)) - Decimal(float(rate)))
     assert abs(Decimal(answer["c"]) / exact - 1) < Decimal("1e-3")
+
+
+NOTHING = {
+    "y - x - {k}*z": ("y", lambda x, z, k: x + k * z),
+    "x*z - y": ("y", lambda x, z, k: x * z),
+    "x^2 - y": ("y", lambda x, z, k: x * x),
+    "y/{k} - x": ("y", lambda x, z, k: k * x),
+    "(x + z)*{k} - y": ("y", lambda x, z, k: (x + z) * k),
+    "x*(1 + z) - y": ("y", lambda x, z, k: x * (1 + z)),
+    "x + {k}*y - x": ("y", lambda x, z, k: Decimal(0)),
+}
+"""Differences, and the number with which nothing is left of them."""
+
+
+@pytest.mark.parametrize(
+    "rule",
+    ["q = 8/({d})", "q = 2 + 1/({d})^2", "q*({d}) = 3", "q = ln({d})", "w = {d}\nq = 3/w"],
+)
+@given(x=decimals, z=decimals, k=decimals, form=st.sampled_from(sorted(NOTHING)))
+def test_nothing_is_divided_by_decimals_that_cancel(
+    rule: str, x: Decimal, z: Decimal, k: Decimal, form: str
+) -> None:
+    name, number = NOTHING[form]
+    inputs = {"x": x, "z": z, name: number(x, z, k)}
+    rows = "".join(f" {name} = {value}\n" for name, value in inputs.items())
+    text = f"variables\n{rows}rules\n {rule.format(d=form.format(k=k))}\n"
+    result = solver.solve(rulesheets.loads(text))
+    assert result.status is solver.Status.INFEASIBLE
+
+
+@given(a=decimals, b=decimals, k=st.integers(2, 9))
+def test_a_number_computed_on_the_way_is_as_exact(a: Decimal, b: Decimal, k: int) -> None:
+    text = f"p = a*b\nq = s/{k} - b\nt = 7/(p - q)"
+    assert status(text, a=a, b=b, s=k * (a * b + b)) == "infeasible"
+
+
+AT_ENDS = {
+    "t = acosd((a^2 + b^2 - c^2)/(2*a*b))": ({"c": lambda a, b: a + b}, 180.0),
+    "t = acosd((a^2 + b^2 - c^2)/(2*b*a))": ({"c": lambda a, b: abs(a - b)}, 0.0),
+    "u = (a^2 + b^2 - c^2)/(2*a*b)\nt = acosd(u)": ({"c": lambda a, b: a + b}, 180.0),
+    "t = asind(c/(b*a))": ({"c": lambda a, b: a * b}, 90.0),
+    "t = 2*sqrt(c - a^2)": ({"c": lambda a, b: a * a}, 0.0),
+    "h = a^2 + b^2\nt = sqrt(c - h)": ({"c": lambda a, b: a * a + b * b}, 0.0),
+    "D = c^2 - 4*a*d\nt = (-c + sqrt(D))/(2*a)": (
+        {"c": lambda a, b: -2 * a * 3, "d": lambda a, b: 9 * a},
+        3.0,
+    ),
+    "t = (a*b - c)^1.5 + 2": ({"c": lambda a, b: a * b}, 2.0),
+    "sqrt(t) = c - a*b": ({"c": lambda a, b: a * b}, 0.0),
+    "d = sqrt(2*a)\nt = acosd(d^2/(2*a))": ({}, 0.0),
+    "s = (a + b + c)/2\nt = sqrt(s*(s - a)*(s - b)*(s - c))": ({"c": lambda a, b: a + b}, 0.0),
+}
+"""Formulas, the inputs that lead them to the end of a domain, and their values there."""
+
+
+@pytest.mark.parametrize("rules", sorted(AT_ENDS))
+@given(a=decimals, b=decimals)
+def test_the_end_of_a_domain_belongs_to_it(rules: str, a: Decimal, b: Decimal) -> None:
+    assume(a < 20 * b and b < 20 * a)
+    others, value = AT_ENDS[rules]
+    given_numbers = {"a": a, "b": b} | {name: number(a, b) for name, number in others.items()}
+    model = rulesheets.loads(rules)
+    inputs = {n: float(v) for n, v in given_numbers.items() if n in model.variables}
+    result = solver.solve(model, inputs)
+    assert result.status is solver.Status.SOLVED
+    assert result["t"] == pytest.approx(value, abs=1e-5)
+
+
+TOUCHED = {
+    "cosd(t) = (a^2 + b^2 - c^2)/(2*a*b)": (lambda a, b: a + b, 180.0),
+    "c^2 = a^2 + b^2 - 2*a*b*cosd(t)": (lambda a, b: abs(a - b), 0.0),
+    "u = c/(a*b)\nsind(t) = u": (lambda a, b: a * b, 90.0),
+    "a*sind(t) + b = c": (lambda a, b: a + b, 90.0),
+}
+
+
+@pytest.mark.parametrize("rules", sorted(TOUCHED))
+@given(a=decimals, b=decimals)
+def test_two_answers_coincide_where_decimals_touch_an_end(
+    rules: str, a: Decimal, b: Decimal
+) -> None:
+    third, value = TOUCHED[rules]
+    inputs = {"a": float(a), "b": float(b), "c": float(third(a, b))}
+    result = solver.solve(rulesheets.loads(rules), inputs)
+    assert (result.status, result["t"]) == (solver.Status.SINGULAR, value)
+
+
+@given(a=decimals, b=decimals, beyond=st.integers(10, 10**6))
+def test_what_lies_beyond_an_end_has_no_value(a: Decimal, b: Decimal, beyond: int) -> None:
+    third = (a + b) * (1 + Decimal(beyond).scaleb(-13))
+    rule = "t = acosd((a^2 + b^2 - c^2)/(2*a*b))"
+    assume(a < 20 * b and b < 20 * a)
+    assert status(rule, a=a, b=b, c=third) == "infeasible"
+
+
+BESIDE_JUMPS = {
+    "x = int(y/b)": (lambda b, k: b * k, lambda b, k: k),
+    "x = -int(-y/b)": (lambda b, k: b * k, lambda b, k: k),
+    "u = y/b\nx = int(u) + sgn(frac(u))": (lambda b, k: b * k, lambda b, k: k),
+    "x = y - b*int(y/b)": (lambda b, k: b * k, lambda b, k: 0),
+    "x = mod(y, b)": (lambda b, k: b * k, lambda b, k: 0),
+    "x = frac(y/b)": (lambda b, k: b * k, lambda b, k: 0),
+    "u = 100*y\nx = int(u)": (lambda b, k: Decimal(k) / 100, lambda b, k: k),
+    "x = round(y*b/b)": (lambda b, k: k + Decimal("0.5"), lambda b, k: k + 1),
+    "x = step(y/b, 2)": (lambda b, k: 2 * b, lambda b, k: 1),
+    "x = sgn(y - 1.1*b)": (lambda b, k: b * Decimal("1.1"), lambda b, k: 0),
+}
+"""Rules that jump where decimals lead, the number ``y`` that leads there, and ``x``."""
+
+
+@pytest.mark.parametrize("rules", sorted(BESIDE_JUMPS))
+@given(b=decimals, k=st.integers(1, 30))
+def test_decimals_decide_beside_a_jump(rules: str, b: Decimal, k: int) -> None:
+    number, value = BESIDE_JUMPS[rules]
+    model, inputs = rulesheets.loads(rules), {"y": float(number(b, k)), "b": float(b)}
+    inputs = {name: number for name, number in inputs.items() if name in model.variables}
+    result = solver.solve(model, inputs)
+    assert (result.status, result["x"]) == (solver.Status.SOLVED, float(value(b, k)))
+    plan = solver.prepare(model, ["y"], ["x"], inputs)
+    with contextlib.suppress(solver.Unsolved):
+        plan(1.037 * inputs["y"])
+    assert plan(inputs["y"]) == (float(value(b, k)),)
+
+
+AT_THRESHOLDS = {
+    "if a*b {} c then x = 1 else x = 2": lambda a, b: a * b,
+    "p = a*b\nif p {} c and a > 0 then x = 1 else x = 2": lambda a, b: a * b,
+    "if a + b {} c then x = 1 else x = 2": lambda a, b: a + b,
+    "n = c/a\nif n {} b then x = 1 else x = 2": lambda a, b: a * b,
+    "p = 100*a\nif p {} c then x = b/b else x = 2*b/b": lambda a, b: 100 * a,
+}
+"""Rules that compare what is equal in decimals, with ``c``."""
+
+
+@pytest.mark.parametrize("rules", sorted(AT_THRESHOLDS))
+@given(a=decimals, b=decimals, operator=st.sampled_from([">=", "<=", ">", "<"]))
+def test_numbers_that_are_equal_in_decimals_are_neither_less_nor_more(
+    rules: str, a: Decimal, b: Decimal, operator: str
+) -> None:
+    case = 1.0 if operator in (">=", "<=") else 2.0
+    model = rulesheets.loads(rules.format(operator))
+    inputs = {"a": float(a), "b": float(b), "c": float(AT_THRESHOLDS[rules](a, b))}
+    result = solver.solve(model, inputs)
+    assert (result.status, result["x"]) == (solver.Status.SOLVED, case)
+    plan = solver.prepare(model, ["a"], ["x"], inputs)
+    plan(1.037 * inputs["a"])
+    assert plan(inputs["a"]) == (case,)

@@ -1,0 +1,60 @@
+"""The known numbers of a branch with the decimals as written: those that are given, and what
+follows from these exactly. They decide where floats leave nothing of a difference but rounding."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
+from rulesheets.model import Values
+from rulesheets.syntax.nodes import Expression, substitute
+from solver.path import TARGET, Evaluate, Isolation, Stage, Step
+from solver.path.graph import ModelGraph
+
+DEEPEST, LONGEST = 40, 5000
+"""Rules in a row that are followed, and binary digits of a number."""
+
+
+class WrittenNumbers:
+    """Exact values by name: ``values`` are those of the branch, ``origins`` the steps that some of
+    them came from."""
+
+    def __init__(self, graph: ModelGraph, values: Values, origins: Mapping[str, Step]) -> None:
+        self.graph, self.values, self.origins = graph, values, origins
+        self.kept = dict[str, Fraction]()
+
+    def number(self, name: str, depth: int = DEEPEST) -> Fraction:
+        """Raises Inexact if a number does not follow exactly, KeyError for one that is not
+        known."""
+        if name not in self.kept:
+            step, number = self.origins.get(name), self.values[name]
+            self.kept[name] = as_written(number) if step is None else self._of(step, name, depth)
+        return self.kept[name]
+
+    def _of(self, step: Step, name: str, depth: int) -> Fraction:
+        """What a direct step leads to."""
+        if not isinstance(step, Evaluate) or depth == 0:
+            raise Inexact(name)
+        isolation, names = self.graph.isolated(step.equation, self.graph.number[name])
+        own = dict(zip(names, self.graph.model.equations[step.equation].names, strict=True))
+        target = None if isolation is None else led_to(isolation, isolation.stages)
+        if target is None:
+            raise Inexact(name)
+        found = value_as_written(target, lambda local: self.number(own[local], depth - 1))
+        if found is None or found.denominator.bit_length() + found.numerator.bit_length() > LONGEST:
+            raise Inexact(name)
+        return found
+
+
+def led_to(isolation: Isolation, stages: tuple[Stage, ...]) -> Expression | None:
+    """What some stages lead to, None if there may be several values."""
+    target: Expression = isolation.start
+    if isolation.quadratic is not None:
+        return None
+    for stage in stages:
+        form, *others = stage.forms
+        if others or stage.period is not None:
+            return None
+        target = substitute(form, {TARGET.name: target})
+    return target
