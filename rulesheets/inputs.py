@@ -21,7 +21,6 @@ from rulesheets.diagnosis import (
     wrong_range,
 )
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.exact import with_round_values
 from rulesheets.library import Library
 from rulesheets.model import Model, Tolerance, Value, Values, Variable, expect, once, reached
 from rulesheets.syntax import Source, Span, nodes
@@ -57,6 +56,8 @@ def constant(expression: nodes.Expression) -> Value:
 
     refuse(check_constant(expression))
     if any(nodes.calls(expression)):
+        from rulesheets.evaluate.exact import with_round_values
+
         expression = with_round_values(expression)
     try:
         number = float(value(expression, {}))

@@ -7,21 +7,18 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property, wraps
 from importlib import import_module
 from math import inf
-from typing import NamedTuple, TypeAlias, TypeVar
+from typing import NamedTuple, TypeVar
 
 from rulesheets.diagnosis import Diagnosis, plural
 from rulesheets.library import Library, Unit, library
 from rulesheets.syntax import Span, nodes
+from rulesheets.syntax.nodes import Row as Row
+from rulesheets.syntax.nodes import Value as Value
+from rulesheets.syntax.nodes import Values as Values
 from rulesheets.syntax.nodes import names_of
 
 T = TypeVar("T")
 Owner = TypeVar("Owner", bound="Model | Equation")
-Value: TypeAlias = float | str
-"""The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
-Values: TypeAlias = Mapping[str, Value]
-"""Numbers and symbols by the full names of variables."""
-Row: TypeAlias = tuple[Value, ...]
-"""The values of some variables in order."""
 
 
 class Tolerance(NamedTuple):

@@ -11,7 +11,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import TimeIsUp
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.evaluate.digits import indeterminate
 from rulesheets.evaluate.number import meets
 from rulesheets.model import Equation, Model, Row, Value, Values, reached
 from rulesheets.syntax import nodes
@@ -524,6 +523,8 @@ class CaseAnalysis:
 
 def indeterminacy(equation: Equation, values: Values) -> Indeterminacy | None:
     """The fact that an equation is 0/0 at the values, if so."""
+    from rulesheets.evaluate.digits import indeterminate
+
     for side in equation.sides:
         found = indeterminate(side, values)
         if found is not None:

@@ -15,7 +15,6 @@ from rulesheets.evaluate.gradient import Part, Traced
 from rulesheets.evaluate.number import Arithmetic, Undefined, value
 from rulesheets.functions import TABLE
 from rulesheets.functions.row import Forms, Function
-from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     Call,
     Expression,
@@ -24,6 +23,7 @@ from rulesheets.syntax.nodes import (
     Power,
     Product,
     Quotient,
+    Values,
     calls,
     names,
 )

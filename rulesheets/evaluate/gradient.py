@@ -18,7 +18,6 @@ from rulesheets.evaluate.number import Arithmetic, Floats, Undefined
 from rulesheets.functions import TABLE
 from rulesheets.functions.intervals import EPSILON
 from rulesheets.functions.row import Function
-from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     ONE,
     ZERO,
@@ -31,6 +30,7 @@ from rulesheets.syntax.nodes import (
     Product,
     Quotient,
     Sum,
+    Values,
     add,
     call,
 )

@@ -10,7 +10,6 @@ from sys import float_info
 from typing import Any, ClassVar, Generic, TypeAlias, TypeVar
 
 from rulesheets.functions import TABLE
-from rulesheets.model import Values
 from rulesheets.syntax.nodes import (
     And,
     Call,
@@ -28,6 +27,7 @@ from rulesheets.syntax.nodes import (
     Quotient,
     Sum,
     Symbol,
+    Values,
 )
 
 

@@ -13,6 +13,13 @@ from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform
 
 from rulesheets.syntax import Span
 
+Value: TypeAlias = float | str
+"""The value of a variable: a number, or a symbol by its bare name (``"open"``)."""
+Values: TypeAlias = Mapping[str, Value]
+"""Numbers and symbols by the full names of variables."""
+Row: TypeAlias = tuple[Value, ...]
+"""The values of some variables in order."""
+
 _PLACES = frozenset({"span", "gap", "like"})
 
 

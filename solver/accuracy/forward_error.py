@@ -21,7 +21,6 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Values
-from solver.accuracy.alike import evaluated, sizes_of
 from solver.accuracy.rule_sides import MANY, sides, uncertainty
 from solver.accuracy.rule_sides import size as moved
 from solver.facts import DoubleRoot
@@ -190,6 +189,8 @@ class _Propagation:
     ) -> tuple[Any, Array, Array] | None:
         """The Jacobian (n, n) of a large block, the errors of its rules (n, samples), and the sizes
         (n,) of its unknowns."""
+        from solver.accuracy.alike import evaluated, sizes_of  # of large blocks alone
+
         found = evaluated(self.model, equations, self.values)
         n, place = len(unknowns), {name: place for place, name in enumerate(unknowns)}
         size = found.noise + np.abs(found.miss)

@@ -23,7 +23,6 @@ from typing import Any
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended, extended_derivatives
-from rulesheets.evaluate.exact import as_written, value_as_written
 from rulesheets.model import Equation, Values
 from rulesheets.syntax.nodes import Call, Expression, Name, Power, Sum, names, terms, walk
 from solver.accuracy.rule_sides import (
@@ -72,6 +71,8 @@ def check_rule(equation: Equation, values: Values) -> RuleCheck:
 def _is_met(equation: Equation, values: Values) -> bool:
     """Whether a rule with jumps holds with the decimals as written: ``n = int(0.57*100)`` at
     57."""
+    from rulesheets.evaluate.exact import as_written, value_as_written  # of rules that jump
+
     return value_as_written(equation.form, lambda name: as_written(values[name])) == 0
 
 

@@ -14,7 +14,6 @@ from typing import Any
 
 from rulesheets.diagnosis import RuleSheetError, plural, render
 from rulesheets.files import find_sheet, parsed, read_source
-from rulesheets.format import format_sheet
 from rulesheets.inputs import override, variable_named
 from rulesheets.loading import keep, load, recall, stamp
 from rulesheets.model import Model
@@ -31,10 +30,8 @@ from solver.commands import (
     load_sheet,
     read_request,
 )
-from solver.files import write_file
-from solver.path.planner import path_tree, planner
+from solver.path.planner import planner
 from solver.ranking.signs import signs_of
-from solver.report.path import reaches, tree_text
 from solver.report.sheet import (
     MOST_WARNINGS,
     diagnosis_json,
@@ -105,6 +102,8 @@ def _solve(arguments: Namespace) -> int:
         request.expect_output(arguments.output)
     result = remembered(request, prove=arguments.prove, limits=arguments.limits)
     if arguments.output:
+        from solver.files import write_file
+
         write_file(arguments.output, result_csv(result).encode())
     result = with_warnings(result, sys.maxsize if arguments.json else MOST_WARNINGS)
     if arguments.csv:  # messages go to stderr, for programs that read the sheet
@@ -230,6 +229,9 @@ def summary(model: Model, warnings: int = 0) -> str:
 
 def _format(arguments: Namespace) -> int:
     """Print or write the sheet; ``--check`` exits with 1 if it would change."""
+    from rulesheets.format import format_sheet
+    from solver.files import write_file
+
     path = find_sheet(arguments.sheet)
     source = read_source(path)
     text = format_sheet(parsed(source, path))
@@ -248,6 +250,9 @@ def _format(arguments: Namespace) -> int:
 
 def _path(arguments: Namespace) -> int:
     """Print the path; the exit code is 0 if it reaches every wanted variable in some case."""
+    from solver.path.planner import path_tree
+    from solver.report.path import reaches, tree_text
+
     request = read_request(arguments)
     model, given = request.model, override(request.model, request.inputs, request.guesses).values
     wanted = request.want or posted(model)

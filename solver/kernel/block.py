@@ -6,23 +6,25 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from rulesheets.evaluate import differentiate, value
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression, degree
-from solver.kernel.chain import Chain, chains, compile_chain, directions, exhaustive, jumps
 from solver.kernel.emitter import compile_expressions, divisors
-from solver.kernel.enclosure import Enclosure
-from solver.kernel.sparse_system import BlockArrays, SparseSystem
 from solver.kernel.step import reach, window
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola, SolveBlock
 from solver.path.graph import ModelGraph, phases, shape_of
-from solver.path.shapes import Alike, same_columns, shapes
+
+if TYPE_CHECKING:
+    from solver.kernel.chain import Chain
+    from solver.kernel.enclosure import Enclosure
+    from solver.kernel.sparse_system import BlockArrays, SparseSystem
+    from solver.path.shapes import Alike
 
 FEW = 30
 """Rules up to which each is examined by itself, beyond it one of each shape."""
@@ -44,7 +46,10 @@ T = TypeVar("T")
 
 
 class BlockKernel:
-    """Residual, Jacobian and chains of a block, each compiled once for a path, on first use."""
+    """Residual, Jacobian and chains of a block, each compiled once for a path, on first use.
+
+    Modules for searches are imported on demand: most blocks have a closed form.
+    """
 
     def __init__(self, graph: ModelGraph, block: SolveBlock) -> None:
         self.graph, self.block = graph, block
@@ -102,6 +107,8 @@ class BlockKernel:
     @cached_property
     def jumps(self) -> bool:
         """Whether an equation may jump without a sign of it in its Jacobian."""
+        from solver.kernel.chain import directions, jumps
+
         return self.once(
             "jumps", lambda: any(jumps(form) or any(directions(form)) for form in self.forms)
         )
@@ -121,6 +128,8 @@ class BlockKernel:
 
     @cached_property
     def exhaustive(self) -> bool:
+        from solver.kernel.chain import exhaustive
+
         return self.once("exhaustive", lambda: exhaustive(self.graph, self.block))
 
     @cached_property
@@ -163,6 +172,8 @@ class BlockKernel:
             return self.once(
                 "degrees", lambda: np.array([degree(form, unknowns) for form in self.forms])
             )
+        from solver.path.shapes import same_columns
+
         inside = np.array([name in unknowns for name in self.alike.names], dtype=bool)
         found = np.zeros(len(self.equations))
         for family in self.alike.families:
@@ -201,15 +212,21 @@ class BlockKernel:
 
     @cached_property
     def alike(self) -> Alike:
+        from solver.path.shapes import shapes
+
         return shapes(self.graph.model).of(self.equations)
 
     @cached_property
     def sparse(self) -> SparseSystem:
         """The block as a sparse system."""
+        from solver.kernel.sparse_system import SparseSystem
+
         return SparseSystem(self.alike, self.unknowns, self.known)
 
     @cached_property
     def arrays(self) -> BlockArrays:
+        from solver.kernel.sparse_system import BlockArrays
+
         return BlockArrays(self.equations, self.unknowns, self.known, self.chains)
 
     @cached_property
@@ -219,12 +236,16 @@ class BlockKernel:
 
     @cached_property
     def chains(self) -> tuple[Chain, ...]:
+        from solver.kernel.chain import chains
+
         return chains(self.graph, self.block)
 
     def chain_function(self, place: int) -> Callable[..., Any]:
         """``f(*tears, *known)`` gives the unknowns in order and then the residuals."""
 
         def made() -> Callable[..., Any]:
+            from solver.kernel.chain import compile_chain
+
             chain = self.chains[place]
             return compile_chain(chain, self.known, (*self.unknowns, *chain.residuals))
 
@@ -233,6 +254,8 @@ class BlockKernel:
     def enclosure(self, place: int) -> Enclosure:
         """Bounds of the residual of a chain over boxes of its tear."""
         if place not in self._enclosures:
+            from solver.kernel.enclosure import Enclosure
+
             shared = self.once(("enclosure", place), dict[str, Any])
             self._enclosures[place] = Enclosure(self.chains[place], self.known, shared=shared)
         return self._enclosures[place]

@@ -18,9 +18,7 @@ from rulesheets.syntax.nodes import calls
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, jumps
 from solver.facts import Attempt, DoubleRoot, Fact, Method, OutOfRange
-from solver.kernel import root_check
 from solver.kernel.block import BlockKernel
-from solver.kernel.chain import followed
 from solver.kernel.problem import BlockProblem, Point, Uncertainty, is_beside_pole, uncertainty
 from solver.numerics.linear_algebra import null_direction
 from solver.numerics.newton import STANDARD_LIMITS, NewtonLimits, Outcome, newton
@@ -149,10 +147,12 @@ class Candidates:
         if cleared != point and problem.holds(cleared):
             self.keep(cleared)
             return
+        from solver.kernel.root_check import sharp_root
+
         self.dull += (
             1  # the float next to a root that floats converge to, if every equation holds there
         )
-        sharp = root_check.sharp_root(problem, result.x, sizes)
+        sharp = sharp_root(problem, result.x, sizes)
         found = None if sharp is None else problem.named(sharp)
         if found is not None and self._near(found, point, BLUR) and problem.holds(found):
             known = len(self.answers)
@@ -252,7 +252,9 @@ class Candidates:
         clear = _cleared(point, [min(error, TINY * size) for error, size in sizes])
         if clear == point or self._open(point, found.errors, SIMPLE):
             return clear
-        root = root_check.root_beside(self.problem, point)[0] or point
+        from solver.kernel.root_check import root_beside
+
+        root = root_beside(self.problem, point)[0] or point
         return {n: clear[n] if abs(root[n]) <= EPS * abs(v) else v for n, v in point.items()}
 
     def has_root_nearby(self, point: dict[str, float], found: Uncertainty) -> bool:
@@ -270,16 +272,16 @@ class Candidates:
         ordinary = ordinary and not any(map(jumps, self.problem.kernel.equations))
         if ordinary and not is_beside_pole(self.problem, point, found):
             return True
-        verdict, root = root_check.check_root(self.problem, point, found)
+        from solver.kernel.root_check import RootCheck, check_root  # most answers are ordinary
+
+        verdict, root = check_root(self.problem, point, found)
         finite = [error if math.isfinite(error) else 0.0 for error in found.errors]
-        if verdict is root_check.RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
-            verdict = (
-                root_check.RootCheck.NO_ROOT
-            )  # no digit of some unknown is left, as of the sine of 1e99
-        if verdict is root_check.RootCheck.BESIDE_POLE:
+        if verdict is RootCheck.STANDS and self._open(point, finite, MEANINGLESS):
+            verdict = RootCheck.NO_ROOT  # no digit of some unknown is left, as of the sine of 1e99
+        if verdict is RootCheck.BESIDE_POLE:
             self._leave_unresolved(root)
-        self.strays += verdict is root_check.RootCheck.NO_ROOT
-        return verdict is root_check.RootCheck.STANDS
+        self.strays += verdict is RootCheck.NO_ROOT
+        return verdict is RootCheck.STANDS
 
     def _recedes(self, point: Point) -> bool:
         """Whether a point far out is only on the way to a root at infinity: farther out the
@@ -289,6 +291,8 @@ class Candidates:
         x = point[tear]
         if others or not self.problem.is_far_out({tear: x}):
             return False
+        from solver.kernel.chain import followed
+
         # of 1/x its cube, too, is to count beside 1
         digits = FAR_DIGITS + max(0, math.frexp(x)[1])
         tears = [context(digits).mpf(v) for v in (x, FARTHER * x)]
@@ -336,7 +340,9 @@ class Candidates:
         self.refine(list(point.values()))
         if len(self.answers) > count or self.outside is not outside:
             return True
-        return root_check.is_clearly_violated(self.problem, point)
+        from solver.kernel.root_check import is_clearly_violated
+
+        return is_clearly_violated(self.problem, point)
 
     def proven(self, point: dict[str, float]) -> None:
         """Try a point next to a root that is proven to exist; record it if floats find no answer
@@ -346,7 +352,9 @@ class Candidates:
         self.refine(list(point.values()))
         if self._is_known(point) or self.problem.outside(point) is not None:
             return
-        root, leads_away = root_check.root_beside(self.problem, point)
+        from solver.kernel.root_check import root_beside
+
+        root, leads_away = root_beside(self.problem, point)
         if root is not None and self.problem.holds(root):
             self.keep(root)  # where rounding in the rules keeps Newton's method in floats away
         if not (leads_away or (root is not None and self._is_known(root))):
@@ -381,7 +389,9 @@ class Candidates:
 
     def suspect(self, point: dict[str, float]) -> None:
         """Record a point that nearly satisfies every equation, or a root near it."""
-        root, _ = root_check.root_beside(self.problem, point, reach=1.0, most=10)
+        from solver.kernel.root_check import root_beside
+
+        root, _ = root_beside(self.problem, point, reach=1.0, most=10)
         if root is not None:
             self.proven(root)
         elif self.nearly(point):

@@ -19,7 +19,6 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation, Values
-from solver.accuracy.alike import accepted, evaluated, multiplied_out, sizes_of
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY, gross, size
 from solver.kernel.block import BlockKernel
@@ -168,6 +167,8 @@ class BlockProblem:
         everything = {**self.here, **point}
         left: Sequence[Any] = self.kernel.equations
         if len(left) > MANY:  # of many, those that do not clearly hold are checked one by one
+            from solver.accuracy.alike import accepted
+
             _, left = accepted(self.graph.model, left, everything)
         # the rule that refused the last point mostly refuses the next
         ordered = sorted(left, key=lambda equation: equation is not self._refusing)
@@ -309,6 +310,8 @@ def _sparse_uncertainty(problem: BlockProblem, sparse: SparseMap, point: Point) 
     """The same for a large block. An unknown near 0 is measured by the change that would move one
     of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
     multiplied out, its terms are as large as its moves."""
+    from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
+
     asked = problem.graph.model, problem.kernel.equations, {**problem.here, **point}
     found = evaluated(*asked)
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))

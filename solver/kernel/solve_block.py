@@ -11,11 +11,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
+from typing import TYPE_CHECKING
 
 from rulesheets.model import Values
 from rulesheets.syntax import nodes
 from solver.facts import Attempt, Fact, Method, NoRoot
-from solver.kernel import full_search
 from solver.kernel.block import DENSE, FLOATS, BlockKernel, Unclear, candidates
 from solver.kernel.candidates import (
     MOST_ANSWERS,
@@ -25,11 +25,11 @@ from solver.kernel.candidates import (
     Candidates,
     Undecided,
 )
-from solver.kernel.linear_block import contradiction, solve_linear_block
 from solver.kernel.problem import BlockProblem, Budget, Fits, InputErrors
-from solver.kernel.sparse_search import search_sparsely
-from solver.kernel.tear_search import TearSearch
 from solver.path import ClosedForm
+
+if TYPE_CHECKING:
+    from solver.kernel.tear_search import TearSearch
 
 MAX_BOX_UNKNOWNS, MAX_PROOF_UNKNOWNS = 6, 40
 """Unknowns of a block up to which boxes are searched; the same where a proof is asked for."""
@@ -129,7 +129,9 @@ def solve_block(
     outcome = _Methods(problem, off).run(assumed)
     if not outcome.free or assumed or budget.brief or kernel.linear:
         return outcome
-    return full_search.with_isolated(problem, outcome)
+    from solver.kernel.full_search import with_isolated
+
+    return with_isolated(problem, outcome)
 
 
 def solve_sparsely(
@@ -186,18 +188,22 @@ class _Methods:
             return refuted
         if not (assumed or budget.brief or self.kernel.linear or candidates.answers):
             # rounding may have separated curves that nearly meet, and left no answer
-            curve = (
-                full_search.free_curve(problem) if settled is None or not settled.answers else None
-            )
+            from solver.kernel.full_search import free_curve
+
+            curve = free_curve(problem) if settled is None or not settled.answers else None
             if curve is not None:
                 return curve._replace(attempts=(*candidates.attempts, Attempt(Method.CURVE, 1)))
         if settled is None:
             if self._worth_a_last_resort(assumed):
-                full_search.fall_back(problem, candidates)
+                from solver.kernel.full_search import fall_back
+
+                fall_back(problem, candidates)
             settled = self._outcome()
         if budget.brief or not any(answer.double for answer in settled.answers):
             return settled
-        return full_search.without_curves(problem, settled)
+        from solver.kernel.full_search import without_curves
+
+        return without_curves(problem, settled)
 
     def sparsely(self) -> BlockOutcome:
         """The first answer that sparse Newton steps find."""
@@ -215,6 +221,8 @@ class _Methods:
         found = self.candidates
         if found.outside is not None or not all(answer.double for answer in found.answers):
             return None
+        from solver.kernel.linear_block import contradiction
+
         conflict = contradiction(self.problem)
         return None if conflict is None else BlockOutcome(complete=True, facts=(conflict,))
 
@@ -239,7 +247,9 @@ class _Methods:
             case Method.SUBSTITUTION if torn := _nested(kernel):
                 return self._over_tear(method, torn)
             case Method.BOXES if not self.whole:
-                self.complete = full_search.search_boxes(problem, candidates, self.budget.thorough)
+                from solver.kernel.full_search import search_boxes
+
+                self.complete = search_boxes(problem, candidates, self.budget.thorough)
                 candidates.tried(method, self.complete)
             case Method.SPARSE:
                 self._sparsely()
@@ -253,18 +263,23 @@ class _Methods:
         return self._linear() if method is Method.LINEAR else None
 
     def _linear(self) -> BlockOutcome | None:
+        from solver.kernel.linear_block import solve_linear_block
+
         found = solve_linear_block(self.problem, self.off)
         return found and found._replace(
             attempts=(Attempt(Method.LINEAR, len(found.answers), found.complete),)
         )
 
     def _sparsely(self, every: bool = False) -> None:
+        from solver.kernel.sparse_search import search_sparsely
+
         search_sparsely(self.problem, self.candidates, every)
 
     def _over_tear(self, method: Method, kernels: Sequence[BlockKernel]) -> BlockOutcome | None:
         """Search the range of the tear, with one tearing after another until all answers are
         known."""
         from solver.kernel.polynomial_block import counted
+        from solver.kernel.tear_search import TearSearch
 
         problem, candidates = self.problem, self.candidates
         # then others count only where they are proven to be all
@@ -290,11 +305,15 @@ class _Methods:
         curve = every[0].flat_stretch()
         if curve is None or not candidates.answers:
             return curve
-        return self._outcome()._replace(complete=False, facts=(full_search.beside(curve),))
+        from solver.kernel.full_search import beside
+
+        return self._outcome()._replace(complete=False, facts=(beside(curve),))
 
     def _from_starts(self) -> None:
         problem, candidates = self.problem, self.candidates
-        full_search.search_from_starts(problem, candidates)
+        from solver.kernel.full_search import search_from_starts
+
+        search_from_starts(problem, candidates)
         many = len(self.kernel.block.tears) > FEW_TEARS
         values = [one.values for one in candidates.answers if problem.fits(one.values)]
         positive = any(not problem.negatives(one) for one in values)
@@ -303,6 +322,8 @@ class _Methods:
         candidates.tried(Method.STARTS)
         torn_once = len(self.kernel.block.tears) == 1
         if torn_once and not candidates.answers and not self.kernel.exhaustive:
+            from solver.kernel.tear_search import TearSearch
+
             TearSearch(problem, candidates, self.kernel).run()
 
     def _outcome(self) -> BlockOutcome:

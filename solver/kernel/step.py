@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, rounded_derivatives, value
 from rulesheets.evaluate.digits import extended, in_many_digits
-from rulesheets.evaluate.exact import as_written, value_as_written
 from rulesheets.evaluate.number import number_text, undecided
 from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import (
@@ -33,7 +32,6 @@ from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import jumps, moves_of, passed_end, sides
 from solver.facts import AsksNothing, BeyondFloats, DoubleRoot, Fact, NoRoot, NoValue, OutOfRange
 from solver.kernel.emitter import enclose
-from solver.kernel.written import WrittenNumbers, led_to
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import (
     BACKWARD,
@@ -488,6 +486,8 @@ class StepSolver:
 
     def _leads_to(self, number: float, stages: Sequence[Stage]) -> bool:
         """Whether some stages lead exactly to a number with the decimals as written."""
+        from solver.kernel.written import led_to  # where floats leave but rounding
+
         target = led_to(self.isolation, tuple(stages))
         found = target is not None and self._written(target) == number
         self.cancelled = self.cancelled or found
@@ -498,6 +498,9 @@ class StepSolver:
     ) -> Fraction | None:
         """The exact value of an expression of names of the isolation, and of the target ``at`` a
         stage, with the decimals as written; None if it is not known."""
+        from rulesheets.evaluate.exact import as_written, value_as_written
+        from solver.kernel.written import WrittenNumbers
+
         if not self.by_decimals:
             return None
         written = WrittenNumbers(self.graph, self.known, self.origins)

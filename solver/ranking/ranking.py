@@ -33,7 +33,6 @@ from solver.path import TARGET
 from solver.path.graph import ModelGraph
 from solver.path.planner import planner
 from solver.ranking.signs import signs_of
-from solver.ranking.sizes import suggested
 
 UNLIKELY = 9.0
 """Decades from the suggested size beyond which a number is of unlikely size."""
@@ -131,6 +130,8 @@ class Sizes:
         without a size."""
         pattern, kept = (self.known, self.names, zero), self.signs.suggestions
         if pattern not in kept:
+            from solver.ranking.sizes import suggested  # mostly kept from an earlier run
+
             kept[pattern] = suggested(self.model, *pattern)
         slopes_of, constants, determined = kept[pattern]
         sizes = [on.decade(on.there(number, 1.0)) for number in given]

@@ -34,8 +34,6 @@ from rulesheets.syntax.nodes import (
 )
 from rulesheets.syntax.nodes import names as names_in
 from solver.path.graph import STEPS, angle_evidence, by_shape, phases
-from solver.path.polynomial import NoForm, in_parts
-from solver.ranking.sizes import Scalings, added
 
 MANY = 200
 """Variables of a model beyond which kinds, and what follows from these, are not looked for."""
@@ -157,6 +155,8 @@ class Signs:
         """Quantities that the rules scale alike have one number; dimensionless ones have none."""
         if self.large:
             return {}
+        from solver.ranking.sizes import Scalings  # kinds are mostly kept from an earlier run
+
         names = list(self.model.variables)
         equations = self.model.equations  # one that only gives a number is no rule
         rules = [e for e in equations if names_in(e.right) or not isinstance(e.left, Name)]
@@ -171,6 +171,8 @@ class Signs:
     def _opposed(self) -> Iterator[str]:
         """Names one of which a rule makes negative: M of ``M = -F*a``, and those that are terms of
         a sum that is 0, as R of ``F1*sind(a) + R = 0``."""
+        from solver.ranking.sizes import added
+
         for rules in by_shape(self.model):
             sides = rules[0].sides
             for side, other in (sides, sides[::-1]):
@@ -228,6 +230,8 @@ class Signs:
 
         A plain difference that occurs only squared may be one of coordinates.
         """
+        from solver.path.polynomial import NoForm, in_parts
+
         found = dict[object, Factor]()
         for equation in () if self.large else self.model.equations:
             nodes = walk(*equation.sides)
@@ -375,6 +379,8 @@ def _has_odd_power(node: Any, name: str) -> bool:
 
 def _terms(*sides: Expression) -> set[str]:
     """The variables that are terms of sums by themselves, without signs and numerical factors."""
+    from solver.ranking.sizes import added
+
     found, waiting = set[str](), [*sides]
     while waiting:
         for part, _ in added(waiting.pop()):

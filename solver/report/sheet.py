@@ -11,17 +11,13 @@ from math import ceil, inf, isfinite, log10
 from typing import NamedTuple
 
 from rulesheets.diagnosis import Diagnosis, few, plural, render
-from rulesheets.format import format_condition
 from rulesheets.inputs import COLUMNS, exact, guarded, readable
 from rulesheets.model import Model, Tolerance, Value, Values
 from rulesheets.syntax import Span, escaped
 from rulesheets.units import shown
 from solver.facts import Status
-from solver.files import csv_text
 from solver.path import Assume, Decide, Evaluate, Path, Select, SolveBlock, Step, equations_of
-from solver.path.planner import PathTree
 from solver.report import SCREEN, fits, table
-from solver.report.path import rule_status_table, steps_to_show, tree_text
 from solver.solution.solving import CUT, Result
 
 
@@ -143,6 +139,8 @@ def result_csv(result: Result, *, every: bool = False) -> str:
     Numbers read back as the same floats. Read as a variable sheet, the text of the primary answer
     gives the same inputs and guesses again: outputs are not inputs.
     """
+    from solver.files import csv_text
+
     rows = sheet_rows(result, every=every, display=False)
     return csv_text([sheet_heads(rows), *(map(guarded, row.cells(exact)) for row in rows)])
 
@@ -161,6 +159,8 @@ def result_json(
 
     ``also`` are further members, put at its end.
     """
+    from solver.report.path import steps_to_show
+
     variables, (rows, _) = result.model.variables, named(result)
     names = [name for name in variables if explain or name in rows]
     known = ({n: answer[n] for n in names if n in answer} for answer in result.solutions)
@@ -247,6 +247,8 @@ def _step(model: Model, step: Step) -> Json:
             found |= {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
         case Decide() | Assume():
             asked = step.conditions if isinstance(step, Decide) else (step.condition,)
+            from rulesheets.format import format_condition
+
             told = [format_condition(model.conditions[index]) for index in asked]
             return found | {"conditions": told}
     return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}
@@ -373,6 +375,8 @@ def result_text(
         parts.extend(_explanation(result, every, digits))
     parts.append("\n".join(_verdict(result, every)))
     if result.status is not Status.SOLVED:
+        from solver.report.path import rule_status_table
+
         parts.append(rule_status_table(result))
     parts.extend(SCREEN.get().said(result.diagnoses))
     return "\n\n".join(part for part in parts if part)
@@ -415,6 +419,9 @@ def _lines(rows: Sequence[SheetRow]) -> tuple[tuple[str, ...], list[tuple[str, .
 
 
 def _explanation(result: Result, every: bool, digits: bool) -> Iterator[str]:
+    from solver.path.planner import PathTree
+    from solver.report.path import tree_text
+
     rows = sheet_rows(result, every=every, digits=digits, others=True)
     if rows:
         yield "Locals\n" + sheet_table(rows)

@@ -10,17 +10,14 @@ from dataclasses import replace
 from functools import partial
 
 from rulesheets.evaluate import Undefined, derivatives, holds
-from rulesheets.evaluate.exact import value_as_written
 from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value, Values
 from rulesheets.syntax.nodes import Comparison, Condition, subtract
-from solver.accuracy.alike import accepted
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import MANY
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.kernel.problem import Budget
 from solver.kernel.step import StepSolver
-from solver.kernel.written import WrittenNumbers
 from solver.leaves import (
     Asked,
     Branch,
@@ -146,6 +143,9 @@ class Ends:
         if they are with the decimals as written."""
         if not equal(one, other) or comparison.operator in ("=", "<>"):
             return equal(one, other)
+        from rulesheets.evaluate.exact import value_as_written  # where numbers nearly meet
+        from solver.kernel.written import WrittenNumbers
+
         read = WrittenNumbers(self.graph, branch.values, branch.origins).number
         return value_as_written(subtract(comparison.left, comparison.right), read) == 0
 
@@ -169,6 +169,8 @@ class Ends:
         rules = list(known_rules(self.model, decided, values))
         worst, left = 0.0, tuple(rules)
         if len(rules) > MANY:
+            from solver.accuracy.alike import accepted
+
             worst, left = accepted(self.model, rules, values)
         conflicts: list[Fact] = []
         for equation in left:

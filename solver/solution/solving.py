@@ -125,6 +125,8 @@ class Result(Shown):
     @cached_property
     def gaps(self) -> tuple[Diagnosis, ...]:
         """Why ``solutions`` may not be all."""
+        if not self.open:
+            return ()
         from solver.solution.explain import gap_note  # most lists are complete
 
         first = sorted(self.open, key=lambda gap: not gap.cut)

@@ -18,7 +18,6 @@ from typing import NamedTuple
 
 from rulesheets.deadline import TimeIsUp, grace
 from rulesheets.evaluate import Undefined, holds, value
-from rulesheets.evaluate.digits import in_many_digits
 from rulesheets.model import Model, Value, Values, Variable
 from rulesheets.syntax.nodes import Comparison, Name
 from solver import facts
@@ -77,6 +76,7 @@ def explore_refined(asked: Asked, always: bool = False) -> Exploration:
         if always or not too_long:
             if not (always or needs_digits(asked, found)):
                 return found
+            from rulesheets.evaluate.digits import in_many_digits  # floats are mostly enough
             from solver.solution.precise_search import explore_precisely
 
             sides = (side for rule in asked.model.equations for side in rule.sides)
