@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass, field, fields, replace
+from fractions import Fraction
+from functools import partial
+from itertools import chain
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.deadline import TimeIsUp
@@ -50,7 +54,7 @@ from solver.path.cases import (
     possible,
     value_of_equality,
 )
-from solver.path.graph import ModelGraph, is_angle_sum
+from solver.path.graph import ModelGraph, is_angle_sum, sum_of_angles
 from solver.path.planner import planner
 
 
@@ -59,29 +63,25 @@ def moved_into_one_turn(
 ) -> dict[str, Value]:
     """The values with every posted angle that lies outside one turn moved into it.
 
-    Angles that are tied to it by a sum (``beta = alpha + 90``) move along; a move that violates a
-    rule is not made.
+    Angles that sums tie to it (``angle = wind - course``) move along, those of which a sum gives
+    the value only so; a move that violates a rule is not made.
     """
-    moved, groups, refused = dict(values), dict[str, set[str]](), set[tuple[int, float]]()
-    for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.turn):
-        if name not in groups:
-            tied = _tied(graph, name, inputs)
-            groups.update(dict.fromkeys(tied, tied))
-        shift, group = -turn * math.ceil(number / turn - 0.5), groups[name]
-        if (id(group), shift) in refused:
-            continue
+    moved, ways = dict(values), dict[str, dict[str, dict[str, Fraction]]]()
+    for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.tied_turn):
+        if name not in ways:
+            found = _whole_turns(graph, name, inputs)
+            ways.update(dict.fromkeys(chain((name, *found), *found.values()), found))
+        along, shift = ways[name].get(name, {}), -turn * math.ceil(number / turn - 0.5)
         trial = {
-            n: v + shift if n in group and isinstance(v, float) else v for n, v in moved.items()
+            n: v + shift * float(along[n]) if n in along and isinstance(v, float) else v
+            for n, v in moved.items()
         }
-        touched = (graph.model.equations[index] for name in group for index in graph.users[name])
+        touched = (graph.model.equations[index] for name in along for index in graph.users[name])
         known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
         if all(
             check_rule(rule, trial).holds or not check_rule(rule, moved).holds for rule in known
         ):
             moved.update(trial)
-            refused.clear()
-        else:
-            refused.add((id(group), shift))
     return moved
 
 
@@ -111,15 +111,49 @@ def _outside_one_turn(
             yield name, number, turn
 
 
-def _tied(graph: ModelGraph, name: str, inputs: Collection[str]) -> set[str]:
-    """The angle and those that sums tie it to, without inputs."""
+def _whole_turns(
+    graph: ModelGraph, name: str, inputs: Collection[str]
+) -> dict[str, dict[str, Fraction]]:
+    """By angle, what a turn of it adds to itself and to those that sums tie to it: of the angles
+    that sums tie to a name, and that no sum gives."""
+    given: dict[str, dict[str, Fraction]] = {}
+    seen, rules = reached([name], partial(_tied, graph, inputs)), dict[int, Equation]()
+    for one in seen:
+        rules.update((e.index, e) for e in _angle_sums(graph, one))
+    computed = {n for rule in rules.values() for n, _ in rule.definitions}
+    variables = graph.model.variables
+    for rule in rules.values():
+        row = defaultdict[str, Fraction](Fraction)
+        for n, ratio in sum_of_angles(rule.form) or ():
+            for other, factor in given.get(n, {n: Fraction(1)}).items():
+                row[other] += Fraction(*ratio) * factor * (other not in inputs)
+        left = {n: factor for n, factor in row.items() if factor}
+        if not left:
+            continue
+        first = min(left, key=lambda n: (variables[n].posted, n not in computed, -graph.number[n]))
+        own = {n: -factor / left[first] for n, factor in left.items() if n != first}
+        for before in given.values():
+            share = before.pop(first, Fraction(0))
+            for n, factor in own.items() if share else ():
+                before[n] = before.get(n, Fraction(0)) + share * factor
+        given[first] = own
+    free = seen - given.keys() - {*inputs}
+    return {
+        one: {one: Fraction(1), **{n: row[one] for n, row in given.items() if row.get(one)}}
+        for one in free
+    }
 
-    def tied(name: str) -> Iterator[str]:
-        for equation in map(graph.model.equations.__getitem__, graph.users[name]):
-            if is_angle_sum(equation.left) and is_angle_sum(equation.right):
-                yield from (n for n in equation.names if n not in inputs)
 
-    return reached([name], tied)
+def _angle_sums(graph: ModelGraph, name: str) -> Iterator[Equation]:
+    for equation in map(graph.model.equations.__getitem__, graph.users[name]):
+        if is_angle_sum(equation.left) and is_angle_sum(equation.right):
+            yield equation
+
+
+def _tied(graph: ModelGraph, inputs: Collection[str], name: str) -> Iterator[str]:
+    """The names that sums tie to an angle, without inputs."""
+    for equation in _angle_sums(graph, name):
+        yield from (n for n in equation.names if n not in inputs)
 
 
 @dataclass

@@ -105,8 +105,9 @@ class Quotients(Arithmetic[Ratio]):
     expression that is none of low degree raises NOT_RATIONAL.
 
     ``poles`` are the divisors: where one is 0, some part has no value. ``common`` are polynomials
-    that are 0 wherever a divisor and its dividend are. ``signs`` are those of the first absolute
-    values; ``others`` are further choices.
+    that are 0 wherever a divisor and its dividend are, but for the roots of ``sure`` ones, divisors
+    that are 0 where their dividend is not. ``signs`` are those of the first absolute values;
+    ``others`` are further choices.
     """
 
     def __init__(
@@ -122,7 +123,7 @@ class Quotients(Arithmetic[Ratio]):
         self.values = {name: self.constant(number) for name, number in known.items()}
         self.values |= {name: plain(generator(name)) for name in unknowns}
         self.poles = dict[Divisor, None]()
-        self.common = list[Polynomial]()
+        self.common, self.sure = list[Polynomial](), dict[str, list[list[Fraction]]]()
         self.chosen, self.radicals = list[tuple[Ratio, int]](), list[tuple[Ratio, int, str]]()
 
     def follow(self, forms: Iterable[tuple[str, Expression]], free: bool = False) -> None:
@@ -183,7 +184,9 @@ class Quotients(Arithmetic[Ratio]):
         names = one.generators | other.generators
         if len(names) == 1:
             (name,) = names
-            shared = common_divisor(dense(one), dense(other))
+            sure, divisor = self.sure.setdefault(name, []), dense(other)
+            shared = reduce(without_roots, sure, common_divisor(dense(one), divisor))
+            sure.append(without_roots(divisor, shared))
             powers = (((name, k),) if k else UNIT for k in range(len(shared)))
             other = Polynomial.of(zip(powers, shared, strict=True))
         if other.generators and (one.generators or not one):

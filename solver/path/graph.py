@@ -281,6 +281,22 @@ class ModelGraph:
         """
         return None if (found := self.angles.get(name)) is None else found[0] * found[1]
 
+    def tied_turn(self, name: str) -> float | None:
+        """The period of a variable that can only be an angle, or is tied to one by sums."""
+        return self.turn(name) or self._tied.get(name)
+
+    @cached_property
+    def _tied(self) -> Mapping[str, float]:
+        """The turns of variables that sums of angles tie to angles."""
+        sums = [rule for rule in self.model.equations if is_angle_sum(*rule.sides)]
+        found, before = {name: turn for name, (turn, _) in self.angles.items()}, 0
+        while len(found) > before:
+            before = len(found)
+            for rule in sums:
+                if turn := next((found[name] for name in rule.names if name in found), None):
+                    found = dict.fromkeys(rule.names, turn) | found
+        return found
+
     def single_turn(self, name: str) -> float | None:
         """360 or 2π for a variable that can only be an angle, else None."""
         return None if (found := self.angles.get(name)) is None else found[0]
@@ -309,7 +325,7 @@ def _evidence(*parts: Node) -> Iterator[tuple[str, float, int]]:
         elif (
             isinstance(node, Call)
             and (turn := TABLE[node.function].turn)
-            and (addends := _addends(node.arguments[0]))
+            and (addends := sum_of_angles(node.arguments[0]))
         ):
             own = 2 if TABLE[node.function].half_turn else 1
             for name, (numerator, denominator) in addends:
@@ -429,7 +445,7 @@ def _chooses(part: Node) -> bool:
     return isinstance(part, Call) and part.function in ("abs", "min", "max")
 
 
-def _addends(argument: nodes.Expression) -> Addends | None:
+def sum_of_angles(argument: nodes.Expression) -> Addends | None:
     """The angles in a sum in an argument with their factors; None if it is not such a sum."""
     match argument:
         case Number():
@@ -437,14 +453,14 @@ def _addends(argument: nodes.Expression) -> Addends | None:
         case Name(name):
             return ((name, (1, 1)),)
         case Negative(operand):
-            return _addends(operand)
+            return _scaled(sum_of_angles(operand), (-1, 1))
         case Product(Number(factor), operand) | Product(operand, Number(factor)):
-            return _scaled(_addends(operand), _ratio(factor))
+            return _scaled(sum_of_angles(operand), _ratio(factor))
         case Quotient(operand, Number(divisor)):
             ratio = _ratio(divisor)
-            return _scaled(_addends(operand), ratio and ratio[::-1])
+            return _scaled(sum_of_angles(operand), ratio and ratio[::-1])
         case Sum(terms):
-            found = [_addends(term) for term in terms]
+            found = [sum_of_angles(term) for term in terms]
             return None if None in found else tuple(pair for pairs in found for pair in pairs or ())
         case _:
             return None

@@ -264,3 +264,29 @@ def test_a_time_is_read_in_the_first_period_whatever_its_rate(rate: str) -> None
     assert [answer["t"] for answer in result.solutions] == pytest.approx(
         [math.pi / 6 / w, 5 * math.pi / 6 / w]
     )
+
+
+WIND = "angle = wind - course\nspeed*sind(drift) = gust*sind(angle)\nheading = course + drift"
+
+
+@given(
+    wind=st.integers(0, 359),
+    course=st.integers(-179, 180),
+    share=st.floats(0.05, 0.9),
+    known=st.sampled_from(["heading", "course"]),
+)
+def test_angles_that_sums_tie_turn_together(
+    wind: int, course: int, share: float, known: str
+) -> None:
+    """A wind triangle: whole turns of the course are taken from the angle between the two."""
+    drift = math.degrees(math.asin(share * math.sin(math.radians(wind - course))))
+    inputs = {"wind": float(wind), "speed": 100.0, "gust": 100.0 * share}
+    inputs[known] = {"heading": course + drift, "course": float(course)}[known]
+    assume(abs(inputs[known]) < 180.0)
+    result = solver.solve(rulesheets.loads(WIND), inputs)
+    assert result.complete
+    for answer in result.solutions:
+        turned = [name for name in ("course", "drift") if abs(answer[name]) > 180.0 + 1e-6]
+        assert known not in turned and len(turned) <= 1
+    courses = [answer["course"] for answer in result.solutions]
+    assert any(abs(math.remainder(one - course, 360.0)) < 1e-6 for one in courses)

@@ -88,7 +88,7 @@ def test_no_part_is_exchanged_that_lacks_an_occurrence_of_the_unknown(
     def exchanged(*_: object) -> object:
         raise AssertionError("a part was exchanged")
 
-    monkeypatch.setattr("solver.path.isolate.exchange", exchanged)
+    monkeypatch.setattr("rulesheets.syntax.nodes.exchange", exchanged)
     power = " + ".join(f"V{k}*(3*cos(d - d{k}) + 5*sin(d - d{k}))" for k in range(3))
     rule = rulesheets.loads(f"{power} = 0.4\n").equations[0]
     assert isolate(rule.left, rule.right, "d") is None
