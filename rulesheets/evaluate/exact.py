@@ -119,8 +119,8 @@ class Decimals(Rationals):
 
 
 def as_written(number: float | str) -> Fraction:
-    """The decimal that a float was read from. Raises Inexact for a symbol."""
-    if isinstance(number, str):
+    """The decimal that a float was read from. Raises Inexact for a symbol, and what is infinite."""
+    if isinstance(number, str) or not isfinite(number):
         raise Inexact(number)
     return Fraction(repr(float(number)))
 

@@ -223,3 +223,14 @@ def test_numbers_that_are_equal_in_decimals_are_neither_less_nor_more(
     plan = solver.prepare(model, ["a"], ["x"], inputs)
     plan(1.037 * inputs["a"])
     assert plan(inputs["a"]) == (case,)
+
+
+@pytest.mark.parametrize(
+    "rule", ["x = exp(int(a))", "x = exp(a) + frac(b)", "if exp(a) > b then x = 1"]
+)
+def test_what_is_beyond_floats_has_no_decimals(rule: str) -> None:
+    result = solver.solve(
+        rulesheets.loads(rule), {"a": 1e4, "b": 0.3} if "b" in rule else {"a": 1e4}
+    )
+    assert result.status is not solver.Status.SOLVED
+    assert result.diagnoses
