@@ -319,7 +319,8 @@ class RuleInDigits:
         if one[1] is None or (other[1] is not None and one[1] * other[1] > 0):
             return False
         ends, largest = other[1] is None, max(abs(one[1]), abs(other[1] or 0))
-        for _ in range(HALVINGS):
+        halvings = 8 * HALVINGS if ends else HALVINGS  # F may be flat there, as a square root
+        for _ in range(halvings):
             middle = (one[0] + other[0]) / 2
             there = self._tried(name, middle, digits)
             if there is None and not ends:
@@ -329,7 +330,7 @@ class RuleInDigits:
             else:
                 other = middle, there
                 ends = there is None
-        return bool(max(abs(one[1]), abs(other[1] or 0)) * 2 ** (HALVINGS // 4) < largest)
+        return bool(max(abs(one[1]), abs(other[1] or 0)) * 2 ** (halvings // 4) < largest)
 
     def _tried(self, name: str, number: Any, digits: int) -> Any | None:
         with suppress(Undefined):

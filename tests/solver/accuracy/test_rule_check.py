@@ -241,3 +241,15 @@ def test_powers_of_negative_decimals_have_their_exponents(b: Decimal, n: int, fo
 def test_a_digit_more_is_another_number(rule: str) -> None:
     result = solver.solve(rulesheets.loads(f"rules\n{rule}\n"))
     assert result.status is solver.Status.INFEASIBLE
+
+
+@pytest.mark.parametrize(
+    "rule",
+    ["q = sqrt(y - n^2)", "q = acosd(y/n^2)", "q = (y - n^2)^0.3", "q = acosd(n^2/y)"],
+)
+@pytest.mark.parametrize("off", [0.0, 1e-12, 1e-9, 1e-5, 1.0])
+def test_only_what_lies_on_the_side_of_the_values_holds_at_the_end_of_a_domain(
+    rule: str, off: float
+) -> None:
+    """None of these is negative anywhere."""
+    assert holds(rule, y=1.21, n=1.1, q=-off) is (off == 0.0)
