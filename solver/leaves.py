@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import defaultdict
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from copy import copy
@@ -64,18 +63,21 @@ def moved_into_one_turn(
     """The values with every posted angle that lies outside one turn moved into it.
 
     Angles that sums tie to it (``angle = wind - course``) move along, those of which a sum gives
-    the value only so; a move that violates a rule is not made.
+    the value only so; a move that violates a rule or a range is not made.
     """
-    moved, ways = dict(values), dict[str, dict[str, dict[str, Fraction]]]()
+    moved, ways = dict(values), dict[str, dict[str, dict[str, float]]]()
     for name, number, turn in _outside_one_turn(graph, moved, inputs, graph.tied_turn):
         if name not in ways:
             found = _whole_turns(graph, name, inputs)
             ways.update(dict.fromkeys(chain((name, *found), *found.values()), found))
         along, shift = ways[name].get(name, {}), -turn * math.ceil(number / turn - 0.5)
         trial = {
-            n: v + shift * float(along[n]) if n in along and isinstance(v, float) else v
+            n: v + shift * along[n] if along.get(n) and isinstance(v, float) else v
             for n, v in moved.items()
         }
+        variables = ((graph.model.variables[n], trial.get(n)) for n in along)
+        if any(isinstance(v, float) and not variable.admits(v) for variable, v in variables):
+            continue
         touched = (graph.model.equations[index] for name in along for index in graph.users[name])
         known = {rule.index: rule for rule in touched if moved.keys() >= {*rule.names}}.values()
         if all(
@@ -113,34 +115,30 @@ def _outside_one_turn(
 
 def _whole_turns(
     graph: ModelGraph, name: str, inputs: Collection[str]
-) -> dict[str, dict[str, Fraction]]:
+) -> dict[str, dict[str, float]]:
     """By angle, what a turn of it adds to itself and to those that sums tie to it: of the angles
     that sums tie to a name, and that no sum gives."""
-    given: dict[str, dict[str, Fraction]] = {}
+    from solver.numerics.elimination import gauss_jordan  # few angles leave their turn
+
     seen, rules = reached([name], partial(_tied, graph, inputs)), dict[int, Equation]()
     for one in seen:
         rules.update((e.index, e) for e in _angle_sums(graph, one))
-    computed = {n for rule in rules.values() for n, _ in rule.definitions}
-    variables = graph.model.variables
-    for rule in rules.values():
-        row = defaultdict[str, Fraction](Fraction)
-        for n, ratio in sum_of_angles(rule.form) or ():
-            for other, factor in given.get(n, {n: Fraction(1)}).items():
-                row[other] += Fraction(*ratio) * factor * (other not in inputs)
-        left = {n: factor for n, factor in row.items() if factor}
-        if not left:
-            continue
-        first = min(left, key=lambda n: (variables[n].posted, n not in computed, -graph.number[n]))
-        own = {n: -factor / left[first] for n, factor in left.items() if n != first}
-        for before in given.values():
-            share = before.pop(first, Fraction(0))
-            for n, factor in own.items() if share else ():
-                before[n] = before.get(n, Fraction(0)) + share * factor
-        given[first] = own
-    free = seen - given.keys() - {*inputs}
+    computed, variables = (
+        {n for e in rules.values() for n, _ in e.definitions},
+        graph.model.variables,
+    )
+    names = sorted(
+        seen - {*inputs}, key=lambda n: (variables[n].posted, n not in computed, -graph.number[n])
+    )
+    matrix = [
+        [sum((Fraction(*ratio) for n, ratio in terms if n == one), Fraction(0)) for one in names]
+        for terms in (sum_of_angles(rule.form) or () for rule in rules.values())
+    ]
+    rows, pivots = gauss_jordan(matrix, [Fraction(0)] * len(matrix))
     return {
-        one: {one: Fraction(1), **{n: row[one] for n, row in given.items() if row.get(one)}}
-        for one in free
+        one: {one: 1.0, **{names[k]: -rows[i][j] / rows[i][k] for i, k in pivots.items()}}
+        for j, one in enumerate(names)
+        if j not in pivots.values()
     }
 
 

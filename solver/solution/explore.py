@@ -15,7 +15,7 @@ from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.model import Row, Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
-from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, RankLoss, about
+from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, OutOfRange, RankLoss, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
 from solver.kernel.problem import PLAN, STEP
@@ -37,7 +37,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import EQUAL, Pair, Sign, comparisons
-from solver.path.graph import Kind, continued, kind_of, unknowns_by_kind
+from solver.path.graph import Kind, continued, is_angle_sum, kind_of, unknowns_by_kind
 from solver.solution.ends import Ends, agreed
 
 MANY_BLOCKS = 8
@@ -299,6 +299,8 @@ class PathSearch(Ends):
         self.delicate |= outcome.delicate
         self.rounded |= outcome.rounded
         if outcome.fact is not None:
+            if isinstance(outcome.fact, OutOfRange) and self._turns(equation):
+                self.turned = True
             if isinstance(outcome.fact, AsksNothing):
                 branch.inactive[equation] = outcome.fact
             else:
@@ -306,6 +308,12 @@ class PathSearch(Ends):
             return True
         double = () if outcome.double is None else (outcome.double,)
         return self._forks(branch, step, [(values, double) for values in listed])
+
+    def _turns(self, equation: int) -> bool:
+        """Whether a rule adds angles of which whole turns are free, so that it has other values."""
+        rule, variables = self.model.equations[equation], self.model.variables
+        free = (n for n in rule.names if n not in self.inputs and not variables[n].ranged)
+        return is_angle_sum(*rule.sides) and any(map(self.graph.tied_turn, free))
 
     def _unless_rounding(self, branch: Branch, equation: int, unknown: str, number: Value) -> Value:
         """The number; 0 if it is a sum of computed numbers that leaves no more than their last

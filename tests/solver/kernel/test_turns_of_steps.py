@@ -290,3 +290,13 @@ def test_angles_that_sums_tie_turn_together(
         assert known not in turned and len(turned) <= 1
     courses = [answer["course"] for answer in result.solutions]
     assert any(abs(math.remainder(one - course, 360.0)) < 1e-6 for one in courses)
+
+
+@pytest.mark.parametrize("ranged", ["heading in [0, 360]", "course in [0, 360]"])
+def test_whole_turns_lead_out_of_no_range(ranged: str) -> None:
+    """Of the two headings, 330 and 50, the second is a whole turn from where the sums lead."""
+    model = rulesheets.loads(f"variables\n {ranged}\nrules\n {WIND}")
+    result = solver.solve(model, {"wind": 290, "speed": 110, "gust": 25, "drift": -10})
+    low, high = model.variables[ranged.split()[0]].low, model.variables[ranged.split()[0]].high
+    assert all(low <= answer[ranged.split()[0]] <= high for answer in result.solutions)
+    assert len(result.solutions) == 2 or not result.complete
