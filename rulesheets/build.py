@@ -29,7 +29,7 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import Name, Number, names, names_of, rebuilt, walk
+from rulesheets.syntax.nodes import Name, Number, names, rebuilt, walk
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
 
@@ -247,7 +247,7 @@ def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
         near = sure or closest(name, alike)
         if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
             every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
-            uses = [body for body in every if name in names_of(body)]
+            uses = [body for body in every if name in names(*body.parts)]
             if uses and (sure or len(uses) == 1):
                 place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
                 message = f"{name} has no row under `variables`, where {near} has one"
@@ -286,7 +286,7 @@ def _passed(program: Program) -> set[str]:
                 not isinstance(part, nodes.CallRule)
                 or part.function.lower() not in program.functions
             ):
-                used.update(names_of(part))
+                used.update(names(*part.parts))
                 continue
             for passed, side in ((results, part.results), (arguments, part.arguments)):
                 passed.update(node.name for node in side if isinstance(node, nodes.Name))
@@ -374,12 +374,10 @@ class Expansion:
         while stack:
             body, context = stack.pop()
             scope, guard, rule = context
-            read = names_of(body)  # in the order of the text, whatever the order of the calls
+            read = names(*body.parts)  # in the order of the text, whatever the order of the calls
             self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
             for part in components(body, self.functions):
                 match part:
-                    case nodes.Equality(like=like) if like is not None and not scope.prefix:
-                        self.equations.append(Equation(len(self.equations), part, guard, rule))
                     case nodes.Equality((left, *_), (right, *_)):
                         self._equate(self._bind(left, context), self._bind(right, context), context)
                     case nodes.CallRule(called, arguments, results, span):

@@ -27,20 +27,19 @@ from rulesheets.syntax.program import Program, bodies, components, rules_of
 
 
 def check(program: Program) -> list[nodes.Expression | nodes.Condition]:
-    """The nodes of all rules (of rules of one form, those of the first).
+    """The nodes of all rules.
 
     Raises RuleSheetError with every complaint about names, symbols and calls, scope by scope.
     """
-    scopes = _scopes(program, each=False)
-    if next(_complaints(program, scopes), None) is not None:
-        refuse(_complaints(program, _scopes(program, each=True)))
+    scopes = _scopes(program)
+    refuse(_complaints(program, scopes))
     return [node for scope in scopes.values() for node in scope.every]
 
 
-def _scopes(program: Program, each: bool) -> dict[str, Scope]:
+def _scopes(program: Program) -> dict[str, Scope]:
     """The sheet itself, which has no name, and its functions."""
-    functions = {name: Scope(program, each, one) for name, one in program.functions.items()}
-    return {"": Scope(program, each), **functions}
+    functions = {name: Scope(program, one) for name, one in program.functions.items()}
+    return {"": Scope(program), **functions}
 
 
 def _complaints(program: Program, scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
@@ -64,18 +63,15 @@ def _complaints(program: Program, scopes: Mapping[str, Scope]) -> Iterator[Diagn
 class Scope:
     """The sheet itself, or one function of it: what its rules name and call.
 
-    ``parts`` are scalar equalities, calls, conditions … in source order: with ``each`` those of
-    every rule, else those of the first of rules of one form. ``every`` are all their nodes.
-    ``declared`` are the names in the variables section or in the head of the function, ``places``
-    those in the rules, each with the first part that contains it, and ``names`` both.
+    ``parts`` are scalar equalities, calls, conditions … in source order, ``every`` are all their
+    nodes. ``declared`` are the names in the variables section or in the head of the function,
+    ``places`` those in the rules, each with the first part that contains it, and ``names`` both.
 
     ``size`` is the number of its rules. ``calls`` are those with results (``call f(a; x)``, ``x =
     f(a)``), then those in expressions, each with its rule function, if it calls one.
     """
 
-    def __init__(
-        self, program: Program, each: bool, function: nodes.Function | None = None
-    ) -> None:
+    def __init__(self, program: Program, function: nodes.Function | None = None) -> None:
         self.program, self.function = program, function
         if function is None:
             self.title, self.declared = "this sheet", tuple(row.name for row in program.rows)
@@ -83,16 +79,13 @@ class Scope:
             self.title = function.name
             self.declared = (*function.arguments, *function.results, *function.parameters)
         every = [body for rule in rules_of(function or program.sheet) for body in bodies(rule.body)]
-        self.size, kept = len(every), dict[object, nodes.RuleBody]()
-        for body in every:
-            like = body.like if isinstance(body, nodes.Equality) and not each else None
-            kept.setdefault(id(body) if like is None else like.form, body)
-        split = (components(body, program.functions) for body in kept.values())
+        self.size = len(every)
+        split = (components(body, program.functions) for body in every)
         self.parts = [part for parts in split for part in parts]
         self.every = nodes.walk(*(one for part in self.parts for one in part.parts))
         self.places: dict[str, nodes.RuleBody] = {}
-        for part in self.parts if each else every:
-            for name in nodes.names_of(part):
+        for part in self.parts:
+            for name in nodes.names(*part.parts):
                 self.places.setdefault(name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
         both = (*self.parts, *self.every)

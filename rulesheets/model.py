@@ -15,7 +15,6 @@ from rulesheets.syntax import Span, nodes
 from rulesheets.syntax.nodes import Row as Row
 from rulesheets.syntax.nodes import Value as Value
 from rulesheets.syntax.nodes import Values as Values
-from rulesheets.syntax.nodes import names_of
 
 T = TypeVar("T")
 Owner = TypeVar("Owner", bound="Model | Equation")
@@ -149,7 +148,7 @@ class Equation:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Variables of the two sides in order of first appearance, guards not included."""
-        return tuple(dict.fromkeys(names_of(self.body)))
+        return tuple(dict.fromkeys(nodes.names(*self.body.parts)))
 
 
 class Requirement(NamedTuple):

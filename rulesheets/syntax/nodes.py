@@ -20,7 +20,7 @@ Values: TypeAlias = Mapping[str, Value]
 Row: TypeAlias = tuple[Value, ...]
 """The values of some variables in order."""
 
-_PLACES = frozenset({"span", "gap", "like"})
+_PLACES = frozenset({"span", "gap"})
 
 
 @dataclass_transform(eq_default=False)
@@ -268,24 +268,13 @@ _Opposite: TypeAlias = Callable[[Condition], Condition]
 class Equality(Node):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
-    ``(x, y) = f(a)`` has two on the left and the call alone on the right. Of a rule that is
-    ``like`` others the sides are made when they are first asked for.
+    ``(x, y) = f(a)`` has two on the left and the call alone on the right.
     """
 
     left: tuple[Expression, ...]
     right: tuple[Expression, ...]
     span: Span | None = None
-    like: Any = None  # a ``Like`` of ``forms``, which stands above
     parts = property(lambda node: (*node.left, *node.right))
-
-    def __getattr__(self, name: str) -> tuple[Expression, ...]:
-        if name not in ("left", "right") or self.like is None or self.span is None:
-            raise AttributeError(name)
-        self.left, self.right = self.like.sides(self.span)
-        return self.left if name == "left" else self.right
-
-    def __reduce__(self) -> tuple[Any, tuple[Any, ...]]:
-        return super().__reduce__() if self.like is None else (self.like.rule, (self.span,))
 
 
 class CallRule(Node):
@@ -500,14 +489,6 @@ def names(*roots: Expression | Condition) -> list[str]:
 def calls(*roots: Expression | Condition) -> list[Call]:
     """The calls of functions in nodes, left to right, each before those in its arguments."""
     return [node for node in walk(*roots) if type(node) is Call]
-
-
-def names_of(body: RuleBody) -> Iterable[str]:
-    """The variables of a rule, not of its arms, left to right."""
-    if isinstance(body, Equality) and body.like is not None:
-        found: Iterable[str] = body.like.names
-        return found
-    return names(*body.parts)
 
 
 def measured(node: Expression) -> tuple[float, str] | None:

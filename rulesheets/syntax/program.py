@@ -50,8 +50,6 @@ def _setting(name: str, value: nodes.Expression | None) -> bool | None:
 
 def _setting_value(rule: nodes.Rule) -> bool | None:
     match rule.body:
-        case nodes.Equality(like=like) if like is not None and len(like.names) != 2:
-            return None
         case nodes.Equality((nodes.Name(name),), (value,)):
             return _setting(name, value)
         case _:
@@ -83,8 +81,6 @@ def components(
     that no call explains are returned unchanged.
     """
     if not isinstance(rule, nodes.Equality):
-        return (rule,)
-    if rule.like is not None and rule.like.form.called.isdisjoint(functions):
         return (rule,)
     if len(rule.left) == len(rule.right) == 1 and not functions:
         return (rule,)

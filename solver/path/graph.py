@@ -69,18 +69,6 @@ def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
 @once
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
     """The shape of a rule, and its numbers in the order of the text."""
-    if (like := equation.body.like) is None:
-        return _shape(equation)
-    # of rules that are alike, the same where names repeat as here and exponents are the same
-    key, kept = (like.pattern, *[like.numbers[k] for k in like.form.exponents]), like.form.kept
-    if key not in kept:
-        if len(kept) >= MOST:
-            kept.clear()
-        kept[key] = _shape(equation)[0]
-    return kept[key], like.numbers
-
-
-def _shape(equation: Equation) -> tuple[Shape, Sequence[float]]:
     names = {name: _shared_name(f"#{k}") for k, name in enumerate(equation.names)}
     numbers: list[float] = []
     left, right = equation.sides
