@@ -74,6 +74,12 @@ def pytest_collection_finish() -> None:
     gc.set_threshold(100_000, 50, 100)
 
 
+def pytest_sessionfinish() -> None:
+    """What is left at the end is searched for garbage once, and not ten times."""
+    gc.collect()
+    gc.freeze()
+
+
 # Workers of the test run have the width of its terminal; reports are compared as they are in a
 # file.
 os.environ.pop("COLUMNS", None)
