@@ -81,11 +81,16 @@ class ManyDigits:
         self.tiny = self.mp.mpf(10) ** (SPARE - digits)
         self.small = self.mp.mpf(10) ** (-7 * digits // 10)
 
-    def in_decimals(self) -> ManyDigits:
-        """The same with given numbers, and those in the rules, as decimals."""
+    def in_decimals(self) -> ManyDigits | None:
+        """The same with given numbers, and those in the rules, as decimals; None if floats hold
+        them all."""
         system = copy(self)
         system.forms, system.known = in_decimals(self.forms, self.known)
-        return system
+        changed = (
+            v != (self.known[name] if name in self.known else float(v))
+            for name, v in system.known.items()
+        )
+        return system if any(changed) else None
 
     def point(self, x: Sequence[Any]) -> dict[str, Any]:
         return dict(zip(self.unknowns, x, strict=True))
@@ -158,9 +163,12 @@ def resolve_fold(system: ManyDigits, start: Sequence[float], scale: Sequence[flo
         vectors = null_vectors(system, start, sizes)
         with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
             if vectors and (fold := _Reduction(system, start, vectors, sizes).resolve()):
+                decimals = None if fold[1] else system.in_decimals()
                 with suppress(Undefined, OverflowError, Singular, ZeroDivisionError):
-                    touching = _Reduction(system.in_decimals(), start, vectors, sizes).touching()
-                    fold = fold if fold[1] or not touching else ([], touching)
+                    if decimals and (
+                        touching := _Reduction(decimals, start, vectors, sizes).touching()
+                    ):
+                        return [], touching
                 return fold
     return None
 
@@ -265,7 +273,8 @@ class _Reduction:
             )
             self.x = [x - d for x, d in zip(self.x, step[:n], strict=True)]
             self.mu -= step[n]
-            if all(abs(d) <= self.tiny * s for d, s in zip(step[:n], self.sizes, strict=True)):
+            small = self.system.small  # the next step, quadratically smaller, would be rounding
+            if all(abs(d) <= small * s for d, s in zip(step[:n], self.sizes, strict=True)):
                 return self.mu, rise[n]
         raise Singular("no point of the curve is reached")
 
@@ -300,7 +309,7 @@ class _Reduction:
             a, at_a, b = b, at_b, b - at_b / curvature
             if abs(b) > FOLD:
                 return None
-            if abs(b - a) <= self.tiny:
+            if abs(b - a) <= self.system.small:
                 break
             at_b = self.at(b)[1]
         else:
