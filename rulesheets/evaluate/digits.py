@@ -47,12 +47,15 @@ def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
 
 
 @cache
-def _of_thread(thread: int, digits: int) -> tuple[Any, Mapping[str, Callable[..., Extended]]]:
+def _of_thread(
+    thread: int, digits: int
+) -> tuple[Any, Mapping[str, Callable[..., Extended]], Callable[[float], Extended]]:
     from mpmath import MPContext  # many solves need no more digits than floats have
 
     made = MPContext()
     made.dps = digits
-    return made, Forms(TABLE, partial(_over_reals, made))
+    # a rule is evaluated many times at numbers most of which stay
+    return made, Forms(TABLE, partial(_over_reals, made)), lru_cache(maxsize=4096)(made.mpf)
 
 
 def _over_reals(mp: Any, row: Function) -> Callable[..., Extended]:
@@ -130,16 +133,20 @@ class Digits(Arithmetic[Extended]):
     """Numbers of mpmath."""
 
     def __init__(self, values: ExtendedValues, digits: int) -> None:
-        self.values, self.digits, self.mpf = values, digits, context(digits).mpf
+        self.values, self.digits = values, digits
+        mp, self.functions, self.exactly = _of_thread(get_ident(), digits)
+        self.mpf = mp.mpf
 
     def number(self, node: Number) -> Extended:
-        return self.mpf(node.value)
+        return self.exactly(node.value)
 
     def name(self, node: Name) -> Extended:
         number = self.values[node.name]
         if isinstance(number, str):
             raise Undefined("symbol", (), node)
-        return self.mpf(number)
+        if type(number) is self.mpf:
+            return number
+        return self.exactly(number) if type(number) is float else self.mpf(number)
 
     def divided(self, node: Quotient, above: Extended, below: Extended) -> Extended:
         if below == 0:
@@ -164,7 +171,7 @@ class Digits(Arithmetic[Extended]):
             if argument and abs(argument.exp + argument.bc) > MOST_BITS:
                 raise Undefined("overflow", (math.inf,), node)
         try:
-            return functions(self.digits)[node.function](*arguments)
+            return self.functions[node.function](*arguments)
         except (ValueError, ZeroDivisionError, OverflowError):
             raise Undefined(node.function, tuple(map(float, arguments)), node) from None
 
@@ -184,6 +191,11 @@ class TracedDigits(Traced[Extended]):
         if self.along is None or node.name in self.along:
             return part
         return Part(part.value, exact=True)
+
+    def by_base(self, base: Part[Extended], exponent: Part[Extended], node: Power) -> Extended:
+        if not exponent.value:
+            return 0.0
+        return exponent.value * self.numbers.raised(node, base.value, exponent.value - 1)
 
     def slope(
         self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression

@@ -12,7 +12,7 @@ from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import combinations
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, TypeVar, cast
 
 from rulesheets.evaluate.number import Arithmetic, Floats, Undefined
 from rulesheets.functions import TABLE
@@ -43,6 +43,8 @@ TIED = 128.0
 for the slope may be that of the wrong one."""
 SMALLEST = 2.0**-1022
 """Numbers below this have fewer digits than others."""
+UNIT = 1.0
+"""The slope of a sum by its terms: this very float is not multiplied by."""
 BY_BASE = Product(Name("1"), Power(Name("0"), Sum((Name("1"), Number(-1.0)))))
 BY_EXPONENT = Product(Power(Name("0"), Name("1")), Call("ln", (Name("0"),)))
 BY_SIZE = Product(Power(Name("0"), Name("1")), Call("ln", (Call("abs", (Name("0"),)),)))
@@ -103,21 +105,21 @@ class Traced(Arithmetic[Part[T]]):
     def negative(self, node: Negative) -> Part[T]:
         part = self.of(node.operand)
         value: Any = -part.value  # type: ignore[operator]
-        return Part(value, "", _varying((-1.0, part)), exact=part.exact)
+        return Part(value, "", _varying((-1, part)), exact=part.exact)
 
     def sum(self, node: Sum) -> Part[T]:
         return self.added([self.operations[type(term)](self, term) for term in node.terms])
 
     def added(self, parts: Sequence[Part[T]]) -> Part[T]:
         """The sum of parts, and the size of all partial sums."""
-        total: Any = 0.0 + parts[0].value  # type: ignore[operator]
-        rounded: Any = 0.0
-        rounds = self.rounds
+        rounds, total, rounded = self.rounds, cast(Any, parts[0].value), cast(Any, 0.0)
+        if rounds:
+            total = 0.0 + total
         for part in parts[1:]:
             total = total + part.value
             if rounds:
                 rounded = rounded + abs(total)
-        slopes: Any = tuple([(1.0, part) for part in parts if not part.exact])
+        slopes: Any = tuple([(UNIT, part) for part in parts if not part.exact])
         return Part(total, "", slopes, rounded, exact=not (slopes or rounds))
 
     def product(self, node: Product) -> Part[T]:
@@ -161,7 +163,7 @@ class Traced(Arithmetic[Part[T]]):
         """The gradient, by variables in the order of the text, and the sum of the rounded sizes."""
         gradient: dict[str, Any] = {}
         noise: Any = 0.0
-        pending: list[tuple[Any, Part[Any]]] = [(1.0, part)]
+        pending: list[tuple[Any, Part[Any]]] = [(UNIT, part)]
         rounds = self.rounds
         while pending:
             slope, part = pending.pop()
@@ -171,7 +173,10 @@ class Traced(Arithmetic[Part[T]]):
             if rounds:
                 noise = noise + abs(slope) * part.rounded
             for inner, below in part.slopes[::-1]:
-                pending.append((slope * inner, below))
+                if inner is UNIT:
+                    pending.append((slope, below))
+                else:
+                    pending.append((inner if slope is UNIT else slope * inner, below))
         return gradient, noise
 
 
