@@ -100,9 +100,10 @@ def chains(graph: ModelGraph, block: SolveBlock) -> tuple[Chain, ...]:
     for combination in itertools.islice(
         itertools.product(*_alternatives(graph, block)), MAX_CHAINS
     ):
-        steps = tuple(itertools.chain.from_iterable(combination))
+        every = _with_products([*itertools.chain.from_iterable(combination), *residuals])
+        steps, own = every[: -len(residuals)], every[-len(residuals) :]
         like = _LikeTerms(block.tears, steps)
-        own = [item._replace(expression=like.collected(item.expression)) for item in residuals]
+        own = [item._replace(expression=like.collected(item.expression)) for item in own]
         found.append(Chain(block.tears, (*steps, *own), tuple(rules)))
     return tuple(found)
 
@@ -120,6 +121,30 @@ def _residual(name: str, rule: Equation) -> list[Assignment]:
                 Assignment(name, y * c - x * s),
             ]
     return [Assignment(name, rule.left - rule.right)]
+
+
+def _with_products(items: Sequence[Assignment]) -> list[Assignment]:
+    """The assignments with ``a`` for ``x*b`` after the step ``x := a/b``, which stands for the rule
+    ``x*b = a``: that has a value where b is 0, too, and its bounds are narrower."""
+    found, products = list[Assignment](), dict[Expression, tuple[Expression, list[Expression]]]()
+
+    def rewritten(node: Expression) -> Expression:
+        if not isinstance(node, Product):
+            return rebuilt(node, tuple(map(rewritten, node.parts))) if node.parts else node
+        own = factors(node)
+        some = [rewritten(factor) for factor in own]
+        for part in own:
+            above, inside = products.get(part, (ONE, [ZERO]))
+            if not without(inside, some):
+                some = [above, *without(some, inside)]
+        return node if some == own else times(*some)
+
+    for item in items:
+        found.append(item._replace(expression=rewritten(item.expression)) if products else item)
+        match found[-1]:
+            case Assignment(name, Quotient(above, below), relational=True):
+                products[Name(name)] = above, [Name(name), *factors(below)]
+    return found
 
 
 class _LikeTerms:
