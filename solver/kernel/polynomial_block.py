@@ -19,7 +19,6 @@ from typing import Any, TypeAlias
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.exact import as_written
-from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, terms
 from solver.kernel.candidates import Candidates
 from solver.kernel.problem import BlockProblem, InputErrors
@@ -216,17 +215,12 @@ def _point_at(
 def _is_rounded_pole(problem: BlockProblem, forms: Forms, root: float, off: InputErrors) -> bool:
     """Whether a rule divides by 0 at a root, which only the last places of known numbers move off
     there, and rules hold on neither side."""
-    (tear,) = problem.kernel.block.tears
-    point = _point_at(problem, forms, {tear: root})
-    values = {**problem.here, **(point or {})}
-    divisors = problem.kernel.divisors if point is not None else ()
-    if point is not None and not any(_is_nothing(divisor, values) for divisor in divisors):
-        return False
-    if _holds_beside(problem, forms, root):
+    if not _is_pole(problem, forms, root, BESIDE_HOLE) or _holds_beside(problem, forms, root):
         return False
     known, errors = _known(problem), off()
     found = _eliminants(problem, forms, Fraction, MAX_RADICALS)
     shares = [_share(one.polynomial, root) for one in found]
+    slopes = [_share(one.polynomial, root * (1.0 + BESIDE_HOLE)) for one in found]
     moves = [Fraction(0)] * len(found)
     for name in known.keys() & errors.keys():
         moved = {name: known[name] + errors[name]}
@@ -234,14 +228,25 @@ def _is_rounded_pole(problem: BlockProblem, forms: Forms, root: float, off: Inpu
         if len(others) != len(found):
             return False
         for place, one in enumerate(others):
-            moves[place] += abs(_share(one.polynomial, root) - shares[place])
-    return all(abs(share) <= SAFETY * move for share, move in zip(shares, moves, strict=True))
+            moves[place] += Fraction(SAFETY) * abs(_share(one.polynomial, root) - shares[place])
+    reach = max(move / (abs(slope) or 1) for move, slope in zip(moves, slopes, strict=True))
+    explained = all(abs(share) <= move for share, move in zip(shares, moves, strict=True))
+    return explained and _is_pole(problem, forms, root, BACKWARD + BESIDE_HOLE * float(reach))
 
 
-def _is_nothing(divisor: Expression, values: Values) -> bool:
-    """Whether a divisor is 0, but for the rounding of its terms."""
-    sizes = (abs(value(term, values)) for term in terms(divisor))
-    return abs(value(divisor, values)) <= BACKWARD * sum(sizes)
+def _is_pole(problem: BlockProblem, forms: Forms, root: float, reach: float) -> bool:
+    """Whether a rule divides by 0 within ``reach``, a share of a root, or has no value there."""
+    (tear,) = problem.kernel.block.tears
+    at, beside = (_point_at(problem, forms, {tear: root * x}) for x in (1.0, 1.0 + BESIDE_HOLE))
+    if at is None:
+        return True
+    points = [{**problem.here, **one} for one in (at, beside or at)]
+    for divisor in problem.kernel.divisors:
+        here, there = (value(divisor, point) for point in points)
+        size = sum(abs(value(term, points[0])) for term in terms(divisor))
+        if abs(here) <= max(BACKWARD * size, reach * abs(there - here) / BESIDE_HOLE):
+            return True
+    return False
 
 
 def _share(polynomial: Coefficients, root: float) -> Fraction:

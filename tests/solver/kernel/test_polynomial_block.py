@@ -347,3 +347,27 @@ def test_a_base_with_a_named_negative_exponent_divides(n: float, roots: list[flo
         roots = sorted(map(float, real))
     assert result.complete
     assert sorted(s["x"] for s in result.solutions) == pytest.approx(roots)
+
+
+COIL = """p1 = rh*0.61094*exp(17.625*t1/(t1 + 243.04))
+pa = 0.61094*exp(17.625*ta/(ta + 243.04))
+w1 = 0.622*p1/(101.325 - p1)
+wa = 0.622*pa/(101.325 - pa)
+t2 = ta + f*(t1 - ta)
+w2 = wa + f*(w1 - wa)
+h1 = 1.006*t1 + w1*(2501 + 1.86*t1)
+h2 = 1.006*t2 + w2*(2501 + 1.86*t2)
+m = 2.4/(0.287*(t1 + 273.15)*(1 + 1.608*w1)/101.325)
+drop = m*(h1 - h2 - (w1 - w2)*4.19*t2)
+share = m*(1.006 + 1.86*w1)*(t1 - t2)/drop"""
+
+
+@pytest.mark.parametrize("f", [0.1, 0.15, 0.3, 0.75])
+@pytest.mark.parametrize("rh", [0.6, 0.55, 0.7])
+def test_a_coil_that_all_air_passes_by_has_no_share(rh: float, f: float) -> None:
+    """At f = 1 the share is 0/0, but for the rounding of what is computed before."""
+    given = {"t1": 32.0, "ta": 8.0, "rh": rh}
+    share = solved(COIL, f=f, **given)["share"]
+    result = solved(COIL, share=share, **given)
+    assert result.complete
+    assert [s["f"] for s in result.solutions] == pytest.approx([f], rel=1e-10)
