@@ -133,8 +133,7 @@ def _with_products(items: Sequence[Assignment]) -> list[Assignment]:
             return rebuilt(node, tuple(map(rewritten, node.parts))) if node.parts else node
         own = factors(node)
         some = [rewritten(factor) for factor in own]
-        for part in own:
-            above, inside = products.get(part, (ONE, [ZERO]))
+        for above, inside in [products[part] for part in own if part in products]:
             if not without(inside, some):
                 some = [above, *without(some, inside)]
         return node if some == own else times(*some)
