@@ -235,11 +235,9 @@ def exhaustive(graph: ModelGraph, block: SolveBlock) -> bool:
     isolations = (
         graph.isolation(step.equation, graph.number[step.unknown]) for step in block.order
     )
-    if not all(
-        isolation is not None and is_exhaustive(graph, isolation) for isolation in isolations
-    ):
-        return False
-    return math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
+    return all(one is not None and is_exhaustive(graph, one) for one in isolations) and (
+        math.prod(map(len, _alternatives(graph, block))) <= MAX_CHAINS
+    )
 
 
 def is_exhaustive(graph: ModelGraph, isolation: Isolation) -> bool:

@@ -301,18 +301,14 @@ def _is_accounted_for(
         return True
     # beside it no pole nor the end of a domain hides the unknowns
     reach = SAME_VALUE * (abs(root) or 1.0)
-    points = [_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach)]
-    if all(point is None or is_clearly_violated(problem, point) for point in points):
+    points = (_point_at(problem, forms, {tear: at}) for at in (root, root - reach, root + reach))
+    there = [point for point in points if point is not None]
+    values = [list(point.values()) for point in there]
+    if all(is_clearly_violated(problem, point) for point in there):
         # a change of sign between them: at a root between two floats, or at a pole
-        signs = {
-            problem.residual(list(point.values()))[place] > 0.0
-            for point in points
-            if point is not None
-        }
-        return len(signs) < 2
-    for point in points:
-        if point is not None:
-            candidates.refine(list(point.values()))
+        return len({problem.residual(one)[place] > 0.0 for one in values}) < 2
+    for one in values:
+        candidates.refine(one)
     return is_listed() or _is_rounded_pole(problem, forms, root, off)
 
 
