@@ -60,6 +60,11 @@ def quotient(
     return divide(a_low, a_high, b_low, b_high)
 
 
+def constant(low: float, high: float, *slopes: float) -> Interval:
+    """A slope; 0 if it is that of a function of what is constant, even where its own has a pole."""
+    return (low, high) if any(slopes) else (0.0, 0.0)
+
+
 # --- a chain over boxes ---
 
 LONGEST_SLOPE = 750
@@ -320,9 +325,11 @@ def _followed(
         bounded=bounded,
         beside_jump=beside_jump,
         quotient=quotient,
+        constant=constant,
     )
     otherwise = "return -inf, inf" if smooth else "return nan, nan"
     moving = {*chain.tears, *ranged, *(item.name for item in chain.assignments)}
+    valued = {f"d {item.name}": item for item in chain.assignments[:smooth]}
     for place, item in enumerate(chain.assignments):
         for direction in directions(item.expression) if smooth else ():
             y, x = (emitter.of(argument) for argument in direction.arguments)
@@ -341,6 +348,10 @@ def _followed(
             low, high = emitter.of(side)
             emitter.line(f"if not -inf < {low} <= {high} < inf: {otherwise}")
         low, high = _assigned(emitter, item)
+        if place >= smooth > 0 and chain.tears[0] not in names(valued[item.name].expression):
+            inner = valued.keys() & {*names(item.expression)}
+            slopes = (emitter.of(Name(name)) for name in sorted(inner))
+            low, high = emitter.apply("constant", (low, high), *slopes)
         if item.side:
             low, high = emitter.apply("beside_jump", (low, high), more=f", {item.side}")
         (least, _), (most, _) = emitter.number(Number(item.low)), emitter.number(Number(item.high))

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+
+import numpy as np
 import pytest
 
 import rulesheets
@@ -78,3 +82,23 @@ Ch = 2
     result = solver.solve(model, {"Q": heat})
     assert str(result.status) == "solved"
     assert [answer["Cc"] for answer in result.solutions] == [2.0]
+
+
+ROOTS: dict[str, Callable[[float], float]] = {
+    "sqrt(d)": math.sqrt,
+    "(3*d/(5 + 2*d))^(2/3)": lambda d: (3 * d / (5 + 2 * d)) ** (2 / 3),
+    "d*(d/(1 + d))^0.4": lambda d: d * (d / (1 + d)) ** 0.4,
+}
+
+
+@pytest.mark.parametrize("y", [-0.5, 0.2, 1.0, 4.0])
+@pytest.mark.parametrize("root", ROOTS)
+def test_a_root_of_what_is_0_has_no_slope_before_a_kink(root: str, y: float) -> None:
+    """As the flow over a flood plain below its height."""
+    points = np.linspace(-6.0, 8.0, 70_001) + 3e-5
+    misses = np.array([ROOTS[root](max(x - 2, 0)) + x**3 / 8 - x / 2 - y for x in points])
+    crossings = points[:-1][np.diff(np.sign(misses)) != 0]
+    rules = f"d = max(x - 2, 0)\nf = {root}\ny = f + x^3/8 - x/2"
+    result = solver.solve(rulesheets.loads(rules), {"y": y})
+    assert sorted(s["x"] for s in result.solutions) == pytest.approx(crossings, abs=1e-3)
+    assert result.complete
