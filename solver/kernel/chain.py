@@ -200,6 +200,9 @@ class _LikeTerms:
 
 
 def _number(part: Expression) -> Fraction | None:
+    match part:
+        case Negative(Number(value)):
+            return -Fraction(value)
     return Fraction(part.value) if isinstance(part, Number) else None
 
 
@@ -282,7 +285,7 @@ def through(
                 )
                 target = Name(name)
             expression = substitute(form, {TARGET.name: target})
-            if isinstance(form, Quotient) and stage.divides and not _is_nonzero(expression):
+            if isinstance(expression, Quotient) and stage.divides and not _number(expression.left):
                 name = f"{prefix}.{place}q"
                 steps.append(Assignment(name, expression, relational=True))
                 expression = Name(name)
@@ -290,14 +293,6 @@ def through(
             yield (*steps[:-1], assigned(variable, steps[-1].expression)._replace(relational=True))
         else:
             yield (*steps, assigned(variable, expression))
-
-
-def _is_nonzero(quotient: Expression) -> bool:
-    """Whether the dividend is a number other than 0, so that the quotient is never 0/0."""
-    match quotient:
-        case Quotient(Number(value) | Negative(Number(value)), _):
-            return value != 0.0
-    return False
 
 
 def _turned(stage: Stage, bounded: bool) -> tuple[Expression, ...]:

@@ -8,7 +8,7 @@ import math
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from math import inf, isfinite, log, log1p, nan, nextafter
+from math import inf, isfinite, log, log1p, nan, nextafter, prod
 from types import CodeType, FunctionType
 from typing import Any, TypeAlias, TypeVar
 
@@ -307,10 +307,7 @@ def without(some: Sequence[Expression], others: Sequence[Expression]) -> list[Ex
 
 
 def times(*some: Expression) -> Expression:
-    product: Expression = ONE
-    for factor in some:
-        product = product * factor
-    return product
+    return prod(some, start=ONE)
 
 
 def _split(part: Expression, products: Sequence[list[Expression]]) -> Side:
