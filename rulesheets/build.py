@@ -374,8 +374,9 @@ class Expansion:
         while stack:
             body, context = stack.pop()
             scope, guard, rule = context
-            read = names(*body.parts)  # in the order of the text, whatever the order of the calls
-            self.names.update(dict.fromkeys(map(scope.full_name, read) if scope.prefix else read))
+            if self.functions or not (isinstance(body, nodes.Equality) and len(body.parts) == 2):
+                # in the order of the text, whatever the order of the calls
+                self.names |= dict.fromkeys(map(scope.full_name, names(*body.parts)))
             for part in components(body, self.functions):
                 match part:
                     case nodes.Equality((left, *_), (right, *_)):
@@ -432,9 +433,10 @@ class Expansion:
 
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
         scope, guard, rule = context
-        left, right = (_exact(side, rule) for side in (left, right))
-        body = nodes.Equality((left,), (right,))
-        self.equations.append(Equation(len(self.equations), body, guard, rule, scope.prefix))
+        sides = _exact(left, rule), _exact(right, rule)
+        equation = Equation(len(self.equations), *sides, guard, rule, scope.prefix)
+        self.equations.append(equation)
+        self.names |= dict.fromkeys(equation.names)
 
     def _bind(self, node: Any, context: Context) -> Any:
         """A node with full names, and with calls of rule functions replaced by their results."""

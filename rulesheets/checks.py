@@ -82,14 +82,15 @@ class Scope:
         self.size = len(every)
         split = (components(body, program.functions) for body in every)
         self.parts = [part for parts in split for part in parts]
-        self.every = nodes.walk(*(one for part in self.parts for one in part.parts))
+        self.every = list[nodes.Expression | nodes.Condition]()
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts:
-            for name in nodes.names(*part.parts):
-                self.places.setdefault(name, part)
+            self.every += (inside := nodes.walk(*part.parts))
+            read = (node.name for node in inside if type(node) is nodes.Name)
+            self.places |= {name: part for name in read if name not in self.places}
         self.names = dict.fromkeys((*self.declared, *self.places))
-        both = (*self.parts, *self.every)
-        calls = (one for one in both if isinstance(one, nodes.Call | nodes.CallRule))
+        kinds = nodes.Call, nodes.CallRule
+        calls = (one for one in (*self.parts, *self.every) if isinstance(one, kinds))
         self.calls = [(call, program.functions.get(call.function.lower())) for call in calls]
 
     def place(self, name: str) -> Span | None:

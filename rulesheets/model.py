@@ -108,22 +108,15 @@ class Equation:
     """
 
     index: int
-    body: nodes.Equality
+    left: nodes.Expression
+    right: nodes.Expression
     guard: tuple[Premise, ...]
     rule: Span
     scope: str = ""
 
     @property
-    def left(self) -> nodes.Expression:
-        return self.body.left[0]
-
-    @property
-    def right(self) -> nodes.Expression:
-        return self.body.right[0]
-
-    @property
     def sides(self) -> tuple[nodes.Expression, nodes.Expression]:
-        return self.body.left[0], self.body.right[0]
+        return self.left, self.right
 
     @property
     def definitions(self) -> Iterator[tuple[str, nodes.Expression]]:
@@ -139,7 +132,7 @@ class Equation:
 
     def but(self, left: nodes.Expression, right: nodes.Expression) -> Equation:
         """The same with other sides."""
-        return replace(self, body=nodes.Equality((left,), (right,)))
+        return replace(self, left=left, right=right)
 
     def __getstate__(self) -> dict[str, object]:
         """Pickled with its names, without results of solves."""
@@ -148,7 +141,7 @@ class Equation:
     @cached_property
     def names(self) -> tuple[str, ...]:
         """Variables of the two sides in order of first appearance, guards not included."""
-        return tuple(dict.fromkeys(nodes.names(*self.body.parts)))
+        return tuple(dict.fromkeys(nodes.names(*self.sides)))
 
 
 class Requirement(NamedTuple):

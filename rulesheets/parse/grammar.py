@@ -19,7 +19,7 @@ from lark.lexer import PatternRE, TerminalDef
 from rulesheets import store
 from rulesheets.checks import wrong_mark
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse, wrong_range
-from rulesheets.parse.layout import STRANGE, Line, has_form, leaves_of, with_leaves
+from rulesheets.parse.layout import STRANGE, Form, Line, form_of, leaves_of
 from rulesheets.parse.mistakes import explain_line, strange_characters
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
@@ -296,7 +296,7 @@ class Grammar(threading.local):
 
     def __init__(self) -> None:
         self._builder = Builder()
-        self.trees: dict[str, Equality | None] = {}
+        self.forms: dict[str, Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -351,16 +351,16 @@ def read_line(source: Source, line: Line, kind: str) -> Any:
     """
     if kind != "rule" or len(source.text) <= LONG or source.variables_like_pi:
         return _read(source, line, kind)
-    leaves, known = leaves_of(line.code), grammar().trees
+    leaves, known = leaves_of(line.code), grammar().forms
     if leaves is None:
         return _read(source, line, "rule")
     # from the third of a form on, the tree of the second with other leaves
-    if (tree := known.get(leaves.key)) is not None:
-        return with_leaves(tree, leaves, line.place(source))
+    if (form := known.get(leaves.key)) is not None:
+        return form(leaves, line.place(source))
     node = _read(source, line, "rule")
     if len(known) >= MOST_FORMS:
         known.clear()
-    known[leaves.key] = node if leaves.key in known and has_form(node, leaves) else None
+    known[leaves.key] = form_of(node, leaves) if leaves.key in known else None
     return node
 
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, error_at
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import Call, Equality, Expression, Name, Number, rebuilt, walk
+from rulesheets.syntax.nodes import Equality, Name, Number, rebuilt, walk
 
 LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""
@@ -194,21 +194,6 @@ class Leaves(NamedTuple):
     numbers: list[float]
 
 
-def with_leaves(tree: Equality, leaves: Leaves, span: Span) -> Equality:
-    """The rule of a line with the tree of another one, all of it in the place of the rule."""
-    names, numbers = iter(leaves.names), iter(leaves.numbers)
-
-    def made(node: Any) -> Expression:
-        if isinstance(node, Name):
-            return Name(next(names), span)
-        if isinstance(node, Number):
-            return Number(next(numbers), span)
-        whole: Expression = rebuilt(node, tuple(map(made, node.parts)), span)
-        return whole
-
-    return Equality(tuple(map(made, tree.left)), tuple(map(made, tree.right)), span)
-
-
 def leaves_of(code: str) -> Leaves | None:
     """None if the line is long, or has a number out of range."""
     if len(code) > LONGEST_OF_A_FORM:
@@ -226,17 +211,39 @@ def leaves_of(code: str) -> Leaves | None:
     return Leaves("".join(filter(None, parts)), names, numbers)
 
 
-def has_form(tree: object, leaves: Leaves) -> bool:
-    """Whether lines that differ from one only in names and numbers have its tree.
+Form: TypeAlias = Callable[[Leaves, Span], Equality]
+"""Makes rules that differ in names and numbers only, all of each in the place of the rule."""
 
-    Not those with arms, conditions, symbols or units, and those whose sides are exchanged: the tree
-    with the leaves of the line is another one.
+
+def form_of(first: object, leaves: Leaves) -> Form | None:
+    """The form of the rules that differ from a line in names and numbers only, from its tree.
+
+    None for rules with arms, conditions, tuples, symbols or units.
     """
-    if not isinstance(tree, Equality) or tree.span is None or len(tree.right) > 1:
-        return False
-    if len(tree.left) > 1 and not isinstance(tree.right[0], Call):
-        return False
-    kinds = list(map(type, walk(*tree.parts)))
-    if (kinds.count(Name), kinds.count(Number)) != (len(leaves.names), len(leaves.numbers)):
-        return False
-    return with_leaves(tree, leaves, tree.span) == tree
+    if not isinstance(first, Equality) or first.span is None:
+        return None
+    kinds = list(map(type, walk(*first.parts)))
+    leaf_kinds = len(first.parts), kinds.count(Name), kinds.count(Number)
+    if leaf_kinds != (2, len(leaves.names), len(leaves.numbers)):
+        return None
+    left, right = _maker(first.left[0]), _maker(first.right[0])
+
+    def made(own: Leaves, span: Span) -> Equality:
+        inside = iter(own.names), iter(own.numbers), span
+        return Equality((left(*inside),), (right(*inside),), span)
+
+    return made if made(leaves, first.span) == first else None
+
+
+def _maker(node: Any) -> Callable[..., Any]:
+    """Makes the tree of a node from names and numbers in order, and its place."""
+    if isinstance(node, Name):
+        return lambda names, _, span: Name(next(names), span)
+    if isinstance(node, Number):
+        return lambda _, numbers, span: Number(next(numbers), span)
+    inside = [_maker(part) for part in node.parts]
+
+    def made(names: Iterator[str], numbers: Iterator[float], span: Span) -> Any:
+        return rebuilt(node, tuple([make(names, numbers, span) for make in inside]), span)
+
+    return made

@@ -451,15 +451,12 @@ def rebuilt(node: _Tree, parts: tuple[Any, ...], span: Span | None = None) -> _T
     """The node with other direct parts, or with another span."""
     kind: Any = type(node)
     found, span = node, span or node.span
-    match node:
-        case Product() | Quotient() | Power() | Negative() | Not():
-            found = kind(*parts, span)
-        case Sum() | And() | Or():
-            found = kind(parts, span)
-        case Call():
-            found = kind(node.function, parts, span)
-        case Comparison():
-            found = kind(node.operator, *parts, span)
+    if kind in (Product, Sum, Quotient, Power, Negative, And, Or, Not):
+        found = kind(parts, span) if kind in (Sum, And, Or) else kind(*parts, span)
+    elif isinstance(node, Call):
+        found = kind(node.function, parts, span)
+    elif isinstance(node, Comparison):
+        found = kind(node.operator, *parts, span)
     return found
 
 

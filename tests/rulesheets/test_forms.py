@@ -39,7 +39,7 @@ def test_the_trees_of_the_grammar(rules: list[str]) -> None:
         patch.setattr(lines, "LONG", len(text))
         expected = _read(text)
         patch.setattr(lines, "LONG", 0)
-        grammar().trees.clear()
+        grammar().forms.clear()
         assert _read(text) == expected
 
 
@@ -51,10 +51,10 @@ def test_other_names_and_numbers(terms: int, monkeypatch: pytest.MonkeyPatch) ->
     monkeypatch.setattr(lines, "LONG", len(text))
     expected = _read(text)
     monkeypatch.setattr(lines, "LONG", 0)
-    grammar().trees.clear()
+    grammar().forms.clear()
     assert _read(text) == expected
-    (tree,) = grammar().trees.values()
-    assert tree is not None
+    (form,) = grammar().forms.values()
+    assert form is not None
 
 
 @pytest.mark.parametrize("number", ["1e999", "1e-999"])

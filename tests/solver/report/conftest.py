@@ -9,7 +9,7 @@ import pytest
 from rulesheets.diagnosis import Diagnosis, Label, Severity
 from rulesheets.model import Equation, Model, Value, Variable
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import Call, Equality, Name, Number, Power, Sum
+from rulesheets.syntax.nodes import Call, Name, Number, Power, Sum
 from solver.facts import Status
 from solver.path import Evaluate, Path
 from solver.solution.solving import Result, Solution
@@ -34,8 +34,8 @@ def model() -> Model:
     )
     angle = Call("atan2d", (Name("b"), Name("a")))
     equations = (
-        Equation(0, Equality((square("c"),), (Sum((square("a"), square("b"))),)), (), RULES[0]),
-        Equation(1, Equality((Name("f.angle"),), (angle,)), (), RULES[1], scope="f."),
+        Equation(0, square("c"), Sum((square("a"), square("b"))), (), RULES[0]),
+        Equation(1, Name("f.angle"), angle, (), RULES[1], scope="f."),
     )
     return Model("hypotenuse", {v.name: v for v in variables}, equations, ())
 
