@@ -218,17 +218,24 @@ def _free(
     ranges: Mapping[int, tuple[float, float]],
     nodes: Sequence[int],
 ) -> set[int]:
-    """The nodes that may have any value: each is tried with all earlier ones of this kind."""
-    found, waiting = set[int](), list(nodes)
-    while waiting:
+    """The nodes that may have any value: each is tried alone, then with all earlier ones of this
+    kind."""
+
+    def opened(compared: Any) -> list[bool]:
         turns = dict.fromkeys(found, 0) | {node: turn for turn, node in enumerate(waiting)}
         spans = np.arange(len(waiting))
-        free = {node: turns.get(node, len(waiting)) <= spans for node in ranges}
-        ends = {
-            n: (np.where(free[n], -FAR, a), np.where(free[n], FAR, b))
+        free = {n: compared(turns.get(n, len(waiting)), spans) for n in ranges}
+        ends = (
+            (n, (np.where(free[n], -FAR, a), np.where(free[n], FAR, b)))
             for n, (a, b) in ranges.items()
-        }
-        count = [*told(ends), False].index(False)
+        )
+        return told(dict(ends))
+
+    found, waiting = set[int](), list(nodes)
+    alone = opened(np.equal) if waiting else []
+    waiting = [node for node, free in zip(waiting, alone, strict=True) if free]
+    while waiting:
+        count = [*opened(np.less_equal), False].index(False)
         found.update(waiting[:count])
         waiting = waiting[count + 1 :]
     return found
