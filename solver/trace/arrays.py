@@ -19,7 +19,6 @@ from solver.trace.graph import (
     Graph,
     Schedule,
     copied,
-    operands,
     schedule,
 )
 
@@ -170,7 +169,7 @@ class _Writer:
 
     def _emit(self, at: int, node: int) -> None:
         operation, *rest = self.flow.nodes[node]
-        read = [self._read(o) for o in operands(self.flow, node)]
+        read = [self._read(o) for o in self.flow.operands[node]]
         if operation in ("root", "unfolded"):
             self.namespace[f"root_{rest[0]}"] = self.flow.finders[int(rest[0])].array
             self.lines.append(f"v{node} = root_{rest[0]}({', '.join(read)})")
@@ -211,7 +210,7 @@ class _Writer:
 
     def _release(self, at: int, node: int) -> None:
         """Release the registers that are read here for the last time."""
-        for operand in dict.fromkeys(operands(self.flow, node)):
+        for operand in dict.fromkeys(self.flow.operands[node]):
             name = self.names.get(operand)
             if name is not None and self.plan.last[operand] == at and name[0] in "bm":
                 self.free[name[0]].append(name)

@@ -26,7 +26,6 @@ from solver.trace.graph import (
     Operand,
     computed_from,
     not_negative,
-    operands,
 )
 
 LIBRARY = 4.0
@@ -303,7 +302,7 @@ class Numbers:
         operation, *rest = self.flow.nodes[node]
         if operation in LOGICAL | LEAVES or operation == "root":
             return 0.0
-        result, parts = self(node), operands(self.flow, node)
+        result, parts = self(node), self.flow.operands[node]
         total = 0.0 if operation in _EXACT else LIBRARY * EPS * abs(result)
         numbers = [self(part) for part in parts] if operation != "item" else []
         for place, number in enumerate(numbers):
@@ -315,8 +314,9 @@ class Numbers:
 
     def __call__(self, node: int) -> float | bool:
         """The number of a node; nan if an operation has none."""
-        for one in sorted(computed_from(self.flow, [node], self.found)):
-            self.found[one] = self._value(one)
+        if node not in self.found:
+            for one in sorted(computed_from(self.flow, [node], self.found)):
+                self.found[one] = self._value(one)
         return self.found[node]
 
     def _value(self, node: int) -> float | bool:
@@ -326,7 +326,7 @@ class Numbers:
             return self.inputs[int(number)] if operation == "input" else number
         try:
             return self._result(
-                operation, rest, [self.found[one] for one in operands(self.flow, node)]
+                operation, rest, [self.found[one] for one in self.flow.operands[node]]
             )
         except (ArithmeticError, ValueError):
             return math.nan

@@ -123,6 +123,8 @@ class Graph:
         self.at: Callable[[int], float | bool] | None = None
         """The number of a node at the sample of a record, where there is one."""
         self.nodes: list[Node] = []
+        self.operands: list[tuple[int, ...]] = []
+        """Those of each node."""
         self.checks: list[int] = []
         self.finders: list[Any] = []
         """The roots of blocks as functions of known numbers, each a ``BlockNewton``, and whether a
@@ -200,6 +202,8 @@ class Graph:
         number = self._numbers.setdefault(key, len(self.nodes))
         if number == len(self.nodes):
             self.nodes.append(node)
+            read: Any = () if node[0] in LEAVES else node[2 if node[0] in SELECTORS else 1 :]
+            self.operands.append(tuple(map(int, read)))
         return number
 
     def factor(self, node: int) -> tuple[float, int] | None:
@@ -279,13 +283,6 @@ class Schedule(NamedTuple):
     last: dict[int, int]
 
 
-def operands(flow: Graph, node: int) -> tuple[int, ...]:
-    operation, *rest = flow.nodes[node]
-    if operation in LEAVES:
-        return ()
-    return tuple(int(o) for o in (rest[1:] if operation in SELECTORS else rest))
-
-
 def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
     """Depth first from the wanted nodes, so that values are read soon after they are computed."""
     placed: dict[int, None] = {}
@@ -295,15 +292,15 @@ def schedule(flow: Graph, wanted: Sequence[int]) -> Schedule:
         if ready:
             placed[at] = None
         elif at not in placed and flow.nodes[at][0] not in LEAVES:
-            stack += [(at, True), *((o, False) for o in reversed(operands(flow, at)))]
+            stack += [(at, True), *((o, False) for o in reversed(flow.operands[at]))]
     order = list(placed)
-    last = {part: at for at, node in enumerate(order) for part in (node, *operands(flow, node))}
+    last = {part: at for at, node in enumerate(order) for part in (node, *flow.operands[node])}
     return Schedule(order, last | dict.fromkeys(wanted, len(order)))
 
 
 def computed_from(flow: Graph, wanted: Iterable[int], known: Container[int] = ()) -> set[int]:
     """The nodes that the wanted ones are computed from, themselves included, except known ones."""
-    return reached(wanted, partial(operands, flow), known)
+    return reached(wanted, flow.operands.__getitem__, known)
 
 
 def copied(
@@ -331,7 +328,7 @@ def copied(
     for node in schedule(source, wanted).order:
         kind, *rest = source.nodes[node]
         read_here = (
-            [read(one) for one in operands(source, node)] if kind != "item" or not roots else []
+            [read(one) for one in source.operands[node]] if kind != "item" or not roots else []
         )
         form = forms and forms.get(f"call {rest[0]}" if kind == "call" else str(kind))
         if form:

@@ -29,7 +29,6 @@ from solver.trace.graph import (
     NotCompilable,
     copied,
     intrinsic,
-    operands,
     schedule,
 )
 
@@ -161,7 +160,7 @@ done:
 
     def _emit(self, node: int) -> str:
         operation, *rest = self.flow.nodes[node]
-        read = [self._read(o) for o in operands(self.flow, node)]
+        read = [self._read(o) for o in self.flow.operands[node]]
         match operation:
             case "call" if rest[0] in _NAMED:
                 return self._line(intrinsic(_NAMED[str(rest[0])]).format(*read))

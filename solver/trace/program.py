@@ -19,7 +19,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.model import reached
 from solver.trace.flow import Flow
-from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from, operands
+from solver.trace.graph import LOGICAL, OPERATIONS, NotCompilable, computed_from
 from solver.trace.order import UNORDERED, Order, Ranked
 
 
@@ -268,7 +268,7 @@ class _Simplification:
     def _left_of(self, node: int) -> int:
         flow = self.flow
         kind, *rest = flow.nodes[node]
-        read = operands(flow, node)
+        read = flow.operands[node]
         new = [self.nodes[part] for part in read]
         if kind in ("and", "or", "not", "xor"):
             return flow.add(str(kind), *new)
@@ -283,7 +283,7 @@ class _Simplification:
 
     def _range(self, node: int) -> Pieces:
         kind, *rest = self.flow.nodes[node]
-        read = [self.ranges.get(part, ANY) for part in operands(self.flow, node)]
+        read = [self.ranges.get(part, ANY) for part in self.flow.operands[node]]
         name = rest[0] if kind == "call" else kind
         if kind == "const":
             value: Any = rest[0]
@@ -388,7 +388,7 @@ class _Simplification:
         """Finite numbers give a finite number if it is not too large."""
         kind, name, *_ = self.flow.nodes[node]
         known = kind in _MONOTONIC - {"sqrt"} or (name if kind == "call" else kind) in _WITHIN
-        whole = kind == "const" or (known and sure.issuperset(operands(self.flow, node)))
+        whole = kind == "const" or (known and sure.issuperset(self.flow.operands[node]))
         if whole and self._bounded(node):
             sure.add(node)
 

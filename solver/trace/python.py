@@ -18,7 +18,7 @@ from typing import Any
 
 from rulesheets.functions import TABLE
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from, operands
+from solver.trace.graph import DEGREE, OPERATIONS, RADIAN, Operand, computed_from
 from solver.trace.program import Ending, Program, checks_and_bounds
 
 NEAR = 45.0
@@ -272,7 +272,7 @@ class _Writer:
 
     def _write(self, node: int, operation: Operand, *parts: Any) -> None:
         name = f"t{node}"
-        read = [self.texts[part] for part in operands(self.flow, node)]
+        read = [self.texts[part] for part in self.flow.operands[node]]
         match operation:
             case "const" | "input":
                 text = f"a{parts[0]}" if operation == "input" else repr(parts[0])
@@ -285,7 +285,7 @@ class _Writer:
                 self.lines += [self.indent + line for line in direction_lines(name, *read)]
                 self.texts[node] = name
             case _:
-                parts_of = operands(self.flow, node)
+                parts_of = self.flow.operands[node]
                 self.depths[node] = 1 + max(
                     (self.depths.get(part, 0) for part in parts_of), default=0
                 )
@@ -322,7 +322,7 @@ class _Writer:
                 ]
                 return f"({' and '.join(within)} or {asked})"
             case "neg" if self.flow.nodes[parts[0]][0] == "sub" and read[0] != f"t{parts[0]}":
-                swapped = operands(self.flow, parts[0])[::-1]
+                swapped = self.flow.operands[parts[0]][::-1]
                 return f"({' - '.join(self.texts[part] for part in swapped)})"
         source = OPERATIONS[operation].source
         return source.format(*read) if source else f"{operation}({', '.join(read)})"
@@ -333,6 +333,6 @@ def reads(program: Program) -> Counter[int]:
     nodes = *program.wanted, *program.order.nodes
     count = Counter(nodes)
     for node in computed_from(program.flow, nodes):
-        for operand in operands(program.flow, node):
+        for operand in program.flow.operands[node]:
             count[operand] += 2 if program.flow.nodes[node][0] in _TWICE else 1
     return count

@@ -22,7 +22,7 @@ from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions import ARRAYS, TABLE
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.flow import Flow
-from solver.trace.graph import DEGREE, operands, schedule
+from solver.trace.graph import DEGREE, schedule
 
 Pair: TypeAlias = tuple[Any, Any]
 """The least and the largest number (spans,); of a condition where it surely holds and where it
@@ -50,7 +50,7 @@ class Ranges:
                 self._known[node] = true if isinstance(value, bool) else (np.float64(value),) * 2
         self._steps = []
         for at, node in enumerate(order):
-            parts = operands(flow, node)
+            parts = flow.operands[node]
             done = [part for part in dict.fromkeys(parts) if last[part] == at]
             self._steps.append((node, _form(flow, node), parts, done))
 

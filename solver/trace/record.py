@@ -39,7 +39,7 @@ from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Numbers
 from solver.trace.folds import NO_CASE
-from solver.trace.graph import NotCompilable, computed_from, copied, operands, vanishes
+from solver.trace.graph import NotCompilable, computed_from, copied, vanishes
 from solver.trace.guards import State
 from solver.trace.newton import BlockNewton
 from solver.trace.order import Order, Ranked
@@ -343,7 +343,7 @@ class Recording(StepRecording):
             operand
             for node in computed_from(flow, wanted)
             if flow.nodes[node][0] not in _BOUNDED
-            for operand in operands(flow, node)
+            for operand in flow.operands[node]
         }
         checks = []
         for place in self._numbers.inputs:

@@ -25,7 +25,7 @@ from solver.ranking.branches import (
 )
 from solver.trace.arrays import ArrayKernel
 from solver.trace.flow import Flow
-from solver.trace.graph import NotCompilable, computed_from, copied, operands
+from solver.trace.graph import NotCompilable, computed_from, copied
 from solver.trace.program import AllAnswers, Program, counts, each_of, every
 from solver.trace.ranges import Pair, Ranges
 from solver.trace.records import Records
@@ -110,7 +110,7 @@ class AnswerKernel:
         within = sorted(
             n for n in computed_from(flow, program.wanted) if flow.nodes[n][0] == "unfolded"
         )
-        self._within = [(flow.finders[int(flow.nodes[n][1])], operands(flow, n)) for n in within]
+        self._within = [(flow.finders[int(flow.nodes[n][1])], flow.operands[n]) for n in within]
         """Computes whether known numbers of blocks lie in ranges, and the nodes of these."""
         self.symbols = every(program, in_order=False, quick=True).symbols
         self._asked, self._single = set[int](), dict[tuple[int, int], Callable[..., None]]()
