@@ -131,10 +131,9 @@ def slope(rule: str, values: Mapping[str, Any], name: str) -> Any:
     """How far the sides of an equation part where a variable grows, by the share that it grows."""
     if name not in _names(rule):
         return mpmath.mpf(0)
-    at, sides = _exact(values), rule.split("=")
-    step = abs(at[name]) * STEP
+    sides, step = rule.split("="), abs(values[name]) * STEP
     above, below = (
-        [_value(side, {**at, name: at[name] + h}) for side in sides] for h in (step, -step)
+        [_value(side, {**values, name: values[name] + h}) for side in sides] for h in (step, -step)
     )
     return (above[0] - above[1] - below[0] + below[1]) / (2 * STEP)
 
