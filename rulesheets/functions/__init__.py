@@ -217,6 +217,17 @@ _PARTS = (
     _extreme(max, "greatest", "max(3, 1, 2) = 3", lambda one, other: call("step", one, other)),
 )
 
+
+def _exp_in_digits(mp: Any, x: Any) -> Any:
+    """Of a whole number mpmath takes a power of e: by as many squarings as it has binary digits."""
+    if x.exp <= 40:
+        return mp.exp(x)
+    half = mp.mpf(0.5)
+    with mp.workprec(mp.prec + x.exp + x.bc):
+        moved = x + half
+    return mp.exp(moved) / mp.exp(half)
+
+
 _EXPONENTIAL = (
     entry(
         *("sqrt", "square root", "sqrt(16) = 4"),
@@ -231,6 +242,7 @@ _EXPONENTIAL = (
         slopes=lambda x: call("exp", x),
         inverse=Inverse(by("ln"), low=0.0, low_open=True),
         interval=Monotone(math.exp, image=POSITIVE),
+        digits=_exp_in_digits,
         nonzero=True,
     ),
     entry(

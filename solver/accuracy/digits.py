@@ -86,11 +86,7 @@ class ManyDigits:
         them all."""
         system = copy(self)
         system.forms, system.known = in_decimals(self.forms, self.known)
-        changed = (
-            v != (self.known[name] if name in self.known else float(v))
-            for name, v in system.known.items()
-        )
-        return system if any(changed) else None
+        return None if all(v == float(v) for v in system.known.values()) else system
 
     def point(self, x: Sequence[Any]) -> dict[str, Any]:
         return dict(zip(self.unknowns, x, strict=True))
