@@ -216,6 +216,8 @@ def uncertainty(expression: nodes.Expression, values: Values, known: Mapping[str
     """
     numbers: dict[str, float] = {}
     named = with_named_numbers(expression, numbers)
+    if not (numbers or known):
+        return 0.0
     try:
         slopes = derivatives(named, {**values, **numbers})[1]
     except Undefined:
