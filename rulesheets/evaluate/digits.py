@@ -38,18 +38,9 @@ def context(digits: int) -> Any:
     return _of_thread(get_ident(), digits)[0]
 
 
-def functions(digits: int) -> Mapping[str, Callable[..., Extended]]:
-    """A function of mpmath numbers for every row of ``TABLE``.
-
-    Outside its domain, or without a form in many digits, it raises ValueError or ZeroDivisionError.
-    """
-    return _of_thread(get_ident(), digits)[1]
-
-
 @cache
-def _of_thread(
-    thread: int, digits: int
-) -> tuple[Any, Mapping[str, Callable[..., Extended]], Callable[[float], Extended]]:
+def _of_thread(thread: int, digits: int) -> tuple[Any, Any, Any]:
+    """A context, the functions of the table in it, and the numbers that floats are in it."""
     from mpmath import MPContext  # many solves need no more digits than floats have
 
     made = MPContext()
@@ -130,7 +121,11 @@ def in_many_digits(expression: Expression) -> bool:
 
 
 class Digits(Arithmetic[Extended]):
-    """Numbers of mpmath."""
+    """Numbers of mpmath, and ``functions`` of them for every row of ``TABLE``.
+
+    Outside its domain, or without a form in many digits, one raises ValueError or
+    ZeroDivisionError.
+    """
 
     def __init__(self, values: ExtendedValues, digits: int) -> None:
         self.values, self.digits = values, digits

@@ -20,7 +20,7 @@ from benchmarks.interval_systems import SYSTEMS, IntervalSystem, economics, more
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.balls import FUNCTIONS, around, ball, precision, whole_power
-from rulesheets.evaluate.digits import context, extended, functions
+from rulesheets.evaluate.digits import Digits, context, extended
 from solver.__main__ import main
 from tests.oracles import slider_crank as oracle
 from tests.oracles.slider_crank import Crank
@@ -154,7 +154,7 @@ ONE_ARGUMENT = sorted(
 @given(st.floats(-30.0, 30.0))
 def test_balls_hold_the_value_of_every_function(name: str, x: float) -> None:
     try:
-        exact = functions(60)[name](context(60).mpf(x))
+        exact = Digits({}, 60).functions[name](context(60).mpf(x))
     except (ValueError, ZeroDivisionError, OverflowError):
         return
     with precision(250):

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.digits import Digits, context
 from rulesheets.functions import ARRAYS, TABLE
 
 # Enough digits for a float times 10**300 reduced to less than a turn.
-EXACT = functions(700)
+EXACT = Digits({}, 700).functions
 MPF = context(700).mpf
 
 
@@ -119,7 +119,7 @@ def test_tangent_is_accurate_to_three_ulp(form: Callable[..., float], angle: flo
     assert errors_in_ulp(form("tand", angle), EXACT["tand"](MPF(angle))) <= 3.0
 
 
-small = functions(60)
+small = Digits({}, 60).functions
 small_mpf = context(60).mpf
 
 
@@ -148,7 +148,7 @@ def test_direction_undoes_sine_and_cosine(angle: float) -> None:
 def test_many_digits_are_kept_on_either_side_of_zero(x: float, function: tuple[str, int]) -> None:
     """sind(-x) is -sind(x), however small x is beside a turn."""
     name, sign = function
-    mp, found = context(50), functions(50)[name]
+    mp, found = context(50), Digits({}, 50).functions[name]
     if name == "tand" and x % 90 == 0:
         return
     one, other = found(mp.mpf(x)), found(-mp.mpf(x))

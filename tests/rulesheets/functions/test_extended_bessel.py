@@ -6,7 +6,7 @@ import mpmath
 import pytest
 import scipy.special
 
-from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.digits import Digits, context
 from rulesheets.functions import MOST_ORDER as MOST
 
 DIGITS = 40
@@ -14,7 +14,7 @@ DIGITS = 40
 
 def bessel(name: str, order: int, x: float) -> mpmath.mpf:
     mp = context(DIGITS)
-    return functions(DIGITS)[name](mp.mpf(order), mp.mpf(x))
+    return Digits({}, DIGITS).functions[name](mp.mpf(order), mp.mpf(x))
 
 
 @pytest.mark.parametrize("order", [0, 1, 7, 9, 30, -12, -31])
@@ -50,4 +50,4 @@ def test_orders_that_are_refused(order: float) -> None:
     mp = context(DIGITS)
     for name in ("jn", "yn"):
         with pytest.raises(ValueError, match="order"):
-            functions(DIGITS)[name](mp.mpf(order), mp.mpf(3))
+            Digits({}, DIGITS).functions[name](mp.mpf(order), mp.mpf(3))

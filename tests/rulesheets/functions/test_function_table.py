@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from rulesheets.evaluate import Undefined, value
-from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.digits import Digits, context
 from rulesheets.functions import ARRAYS, PLANNED, TABLE
 from rulesheets.functions.row import Inverse
 from rulesheets.syntax.nodes import Call, Name, Number
@@ -45,7 +45,7 @@ SAMPLES: dict[str, tuple[tuple[float, ...], ...]] = {
     "beta": ((0.5, 2.5), (3.0, 4.0)),
     **dict.fromkeys(("jn", "yn"), ((0.0, 1.3), (1.0, 2.2), (3.0, 0.8), (-2.0, 4.0))),
 }
-EXACT = functions(50)
+EXACT = Digits({}, 50).functions
 MP = context(50)
 CASES = [(name, sample) for name in TABLE for sample in SAMPLES[name]]
 
@@ -199,7 +199,7 @@ def test_powers_of_e_to_large_whole_numbers(x: float) -> None:
     with mpmath.workdps(70):
         exact = {name: getattr(mpmath, name)(mpmath.mpf(x)) for name in ("exp", "sinh", "cosh")}
         for name, expected in exact.items():
-            found = functions(50)[name](context(50).mpf(x))
+            found = Digits({}, 50).functions[name](context(50).mpf(x))
             assert abs(found / expected - 1) < mpmath.mpf(10) ** -48
 
 
@@ -209,7 +209,7 @@ def test_error_functions_to_many_digits(x: float, digits: int) -> None:
     with mpmath.workdps(digits + 30 + round(x * x / 2)):
         exact = {"erf": mpmath.erf(mpmath.mpf(x)), "erfc": mpmath.erfc(mpmath.mpf(x))}
         for name, expected in exact.items():
-            found = functions(digits)[name](context(digits).mpf(x))
+            found = Digits({}, digits).functions[name](context(digits).mpf(x))
             assert abs(found / expected - 1) < mpmath.mpf(10) ** -(digits - 1)
 
 

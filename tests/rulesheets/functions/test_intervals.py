@@ -8,12 +8,12 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from rulesheets.evaluate.digits import context, functions
+from rulesheets.evaluate.digits import Digits, context
 from rulesheets.functions import INTERVALS, TABLE
 from rulesheets.functions.intervals import add, divide, multiply, power, ratio
 
 MP = context(40)
-EXACT = functions(40)
+EXACT = Digits({}, 40).functions
 INF = math.inf
 BOXES = 40
 SPECIAL = (
