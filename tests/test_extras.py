@@ -85,14 +85,14 @@ def statements(body: list[ast.stmt], tried: bool = False) -> Iterator[tuple[ast.
                 yield from statements(inner, tried or (catches and name == "body"))
 
 
-def bodies(module: str) -> Iterator[tuple[bool, list[tuple[ast.stmt, bool]]]]:
+@cache
+def bodies(module: str) -> list[tuple[bool, list[tuple[ast.stmt, bool]]]]:
     """The module's own statements, and those of each of its functions; True for the former."""
-    yield True, list(statements(tree(module).body))
-    for node in ast.walk(tree(module)):
-        if isinstance(node, ast.ClassDef):
-            yield True, list(statements(node.body))
-        if isinstance(node, ast.FunctionDef):
-            yield False, list(statements(node.body))
+    parts = [n for n in ast.walk(tree(module)) if isinstance(n, ast.ClassDef | ast.FunctionDef)]
+    return [
+        (not isinstance(node, ast.FunctionDef), list(statements(node.body)))
+        for node in (tree(module), *parts)
+    ]
 
 
 @cache
