@@ -362,3 +362,20 @@ def donnan(cP, z, c0, V1, V2, T):
     Na1, Na2 = Cl1 - z * cP, outside(Cl1)
     dE = 8.314 * T / 96485 * log(Na2 / Na1)
     return {"Na1": Na1, "Cl1": Cl1, "Na2": Na2, "Cl2": Na2, "dE": dE}
+
+
+@sheet(OWN, "rec > xF, rec > xW, yD > xW, D > alpha, y0 > xF, share yD > xF xW")
+def rayleigh_still(F, xF, xW, alpha):
+    heavy = log((1 - xW) / (1 - xF))
+    W = F / exp((log(xF / xW) + heavy) / (alpha - 1) + heavy)
+    D = F - W
+    drawn = F * xF - W * xW
+    return {
+        "W": W,
+        "D": D,
+        "yD": drawn / D,
+        "y0": alpha * xF / (1 + (alpha - 1) * xF),
+        "yend": alpha * xW / (1 + (alpha - 1) * xW),
+        "rec": 100 * drawn / (F * xF),
+        "share": D / F,
+    }

@@ -484,3 +484,31 @@ def channel_step(Q, b1, n, S, b2, dz, yg, Cc):
         "Lj": 6.1 * y4,
         "P": 9.81 * Q * dE,
     }
+
+
+@sheet(OWN, "Q > y, V > y, Fr > y, Qf > nf, share > bf, Q yf > y hb")
+def compound_channel(bm, hb, bf, y, nm, nf, S):
+    def flow(A, P, n):
+        return A / n * (A / P) ** (2 / 3) * sqrt(S)
+
+    yf = max(y - hb, 0)
+    Am, Af = bm * y, 2 * bf * yf
+    Pm, Pf = bm + 2 * hb, 2 * (bf + yf)
+    Qm, Qf = flow(Am, Pm, nm), flow(Af, Pf, nf)
+    A, T = Am + Af, bm + 2 * bf
+    V = (Qm + Qf) / A
+    return {
+        "Am": Am,
+        "Pm": Pm,
+        "Qm": Qm,
+        "yf": yf,
+        "Af": Af,
+        "Pf": Pf,
+        "Qf": Qf,
+        "Q": Qm + Qf,
+        "A": A,
+        "V": V,
+        "share": Qf / (Qm + Qf),
+        "T": T,
+        "Fr": V / sqrt(9.81 * A / T),
+    }

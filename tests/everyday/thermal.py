@@ -439,3 +439,36 @@ def transient_wall(L, k, alpha, h, Ti, Tinf, t):
     th0 = C1 * exp(-(z**2) * Fo)
     T0, Ts = (Tinf + share * (Ti - Tinf) for share in (th0, th0 * cos(z)))
     return {"Bi": Bi, "Fo": Fo, "z": z, "C1": C1, "th0": th0, "T0": T0, "Ts": Ts}
+
+
+@sheet(OWN, "SHR > BF, cond > t1, Qc > rh1, w2 > BF, Qr > ts, Qc w2 > V BF")
+def cooling_coil(t1, rh1, tadp, BF, V, ts, p):
+    def humidity(t, rh):
+        pw = rh * 0.61094 * exp(17.625 * t / (t + 243.04))
+        return pw, 0.622 * pw / (p - pw)
+
+    def enthalpy(t, w):
+        return 1.006 * t + w * (2501 + 1.86 * t)
+
+    (pw1, w1), (pwa, wa) = humidity(t1, rh1 / 100), humidity(tadp, 1)
+    t2, w2 = (end + BF * (start - end) for start, end in ((t1, tadp), (w1, wa)))
+    v1 = 0.287 * (t1 + 273.15) * (1 + 1.608 * w1) / p
+    ma = V / v1
+    Qc = ma * (enthalpy(t1, w1) - enthalpy(t2, w2) - (w1 - w2) * 4.19 * t2)
+    return {
+        "pws1": 100 * pw1 / rh1,
+        "pw1": pw1,
+        "w1": w1,
+        "pwa": pwa,
+        "wa": wa,
+        "t2": t2,
+        "w2": w2,
+        "h1": enthalpy(t1, w1),
+        "h2": enthalpy(t2, w2),
+        "v1": v1,
+        "ma": ma,
+        "Qc": Qc,
+        "cond": 3600 * ma * (w1 - w2),
+        "Qr": ma * (1.006 + 1.86 * w2) * (ts - t2),
+        "SHR": ma * (1.006 + 1.86 * w1) * (t1 - t2) / Qc,
+    }
