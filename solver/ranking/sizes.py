@@ -85,8 +85,10 @@ def suggested(
     vanishing |= {
         left.name for left, right in given if isinstance(left, Name) and is_number(right, 0.0)
     }
-    pairs = (pair for rule in model.equations for pair in rule.definitions)
+    pairs = [pair for rule in model.equations for pair in rule.definitions]
     products = {name for name, side in pairs if isinstance(side, Product | Quotient | Power)}
+    sums = [(name, side.terms) for name, side in pairs if isinstance(side, Sum)]
+    products |= {name for name, some in sums if all(_is_product(term, products) for term in some)}
     nodes = _nodes(model.equations)
     rows = _Balances((*unknowns, *known), vanishing, nodes=nodes, products=products)
     for equation in model.equations:
@@ -98,6 +100,11 @@ def suggested(
     weights = (-(inverse[places] @ k)).tolist()
     slopes = [[(place, slope) for place, slope in enumerate(row) if slope] for row in weights]
     return slopes, (-(inverse[places] @ c)).tolist(), determined.tolist()
+
+
+def _is_product(term: Expression, products: Collection[str]) -> bool:
+    named = isinstance(term, Name) and term.name in products
+    return named or isinstance(term, Product | Quotient | Power)
 
 
 def nearly_balanced(

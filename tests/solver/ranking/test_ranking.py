@@ -675,7 +675,16 @@ def test_the_number_of_a_class_says_nothing(near: int, far: int) -> None:
 
 
 @pytest.mark.parametrize("flow", [0.9, 2.2, 4.0])
-@pytest.mark.parametrize("sheet", ["H = G - 1.1*Q^2", "H = G - hf\nhf = 1.1*Q^2"])
+@pytest.mark.parametrize(
+    "sheet",
+    [
+        "H = G - 1.1*Q^2",
+        "H = G - hf\nhf = 1.1*Q^2",
+        "H = G - hf\nhf = 0.8*Q^2 + 0.3*Q^2",
+        "H = G - hf\nhf = pipe + bend\npipe = 0.8*Q^2\nbend = 0.3*Q^2",
+        "H = G - hf\nhf = pipe + 2*bend\npipe = 0.8*v^2\nbend = 0.15*v^2\nv = Q/1",
+    ],
+)
 def test_a_loss_is_small_with_a_name_or_without(sheet: str, flow: float) -> None:
     power = 8.6 * flow * (96 - 1.1 * flow**2)
     result = solver.solve(rulesheets.loads(f"{sheet}\nP = 8.6*Q*H"), {"P": power, "G": 96.0})
