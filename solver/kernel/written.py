@@ -7,17 +7,26 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
-from rulesheets.model import Value, Values
+from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, substitute
 from solver.accuracy.rule_check import check_rule
 from solver.numerics.tolerances import CANCELLED
-from solver.path import TARGET, Evaluate, Isolation, SolveBlock, Stage, Step
+from solver.path import (
+    TARGET,
+    Evaluate,
+    Isolation,
+    SolveBlock,
+    Stage,
+    Step,
+    equations_of,
+    given_by,
+)
 from solver.path.graph import ModelGraph
 
 DEEPEST, LONGEST = 40, 5000
 """Rules in a row that are followed, and binary digits of a number."""
-SHORT, ROUGH = 12, 7
-"""Digits of a number of a block that is tried as a decimal; of one at a double root."""
+DIGITS = 12, 9, 6
+"""Digits of an unknown that is tried as a decimal: at a double root few are known."""
 
 
 class WrittenNumbers:
@@ -37,51 +46,65 @@ class WrittenNumbers:
         return self.kept[name]
 
     def _of(self, step: Step, name: str, depth: int) -> Fraction:
-        """What a direct step leads to, or a block whose rules hold exactly."""
-        if depth and isinstance(step, SolveBlock):
-            if not self.satisfy(step, depth - 1):
-                raise Inexact(name)
-            return as_written(self.values[name])
-        if not isinstance(step, Evaluate) or depth == 0:
+        """What a direct step leads to, or a decimal with which the rules of a step hold exactly."""
+        if depth and isinstance(step, Evaluate):
+            isolation, names = self.graph.isolated(step.equation, self.graph.number[name])
+            own = dict(zip(names, self.graph.model.equations[step.equation].names, strict=True))
+            target = None if isolation is None else led_to(isolation, isolation.stages)
+            if target is not None:
+                found = value_as_written(target, lambda local: self.number(own[local], depth - 1))
+                size = found.denominator.bit_length() + found.numerator.bit_length() if found else 0
+                if found is not None and size <= LONGEST:
+                    return found
+        if not (
+            depth and isinstance(step, Evaluate | SolveBlock) and self.satisfy(step, depth - 1)
+        ):
             raise Inexact(name)
-        isolation, names = self.graph.isolated(step.equation, self.graph.number[name])
-        own = dict(zip(names, self.graph.model.equations[step.equation].names, strict=True))
-        target = None if isolation is None else led_to(isolation, isolation.stages)
-        if target is None:
-            raise Inexact(name)
-        found = value_as_written(target, lambda local: self.number(own[local], depth - 1))
-        if found is None or found.denominator.bit_length() + found.numerator.bit_length() > LONGEST:
-            raise Inexact(name)
-        return found
+        return self._short(name)
 
-    def satisfy(self, step: SolveBlock, depth: int = DEEPEST) -> bool:
-        """Whether the rules of a block hold exactly with the values of its unknowns as written."""
-        unknowns = step.unknowns
+    def _short(self, name: str) -> Fraction:
+        number = self.values[name]
+        return as_written(
+            number if isinstance(number, str) else float(f"{float(number):.{DIGITS[0]}g}")
+        )
+
+    def satisfy(self, step: Evaluate | SolveBlock, depth: int = DEEPEST) -> bool:
+        """Whether the rules of a step hold exactly with its unknowns as decimals."""
+        unknowns = given_by(step)
 
         def read(name: str) -> Fraction:
-            return as_written(self.values[name]) if name in unknowns else self.number(name, depth)
+            return self._short(name) if name in unknowns else self.number(name, depth)
 
-        rules = (self.graph.model.equations[index] for index in step.equations)
+        rules = (self.graph.model.equations[index] for index in equations_of(step))
         return all(value_as_written(rule.form, read) == 0 for rule in rules)
 
-    def in_decimals(self, step: SolveBlock, found: Values, double: bool) -> Values:
+    def in_decimals(self, step: SolveBlock, found: Values) -> Values:
         """An answer of a block; the decimals next to it if these satisfy its rules exactly: 0 for
         what rounding has left of it."""
-        numbers = {name: float(v) for name, v in found.items() if not isinstance(v, str)}
-        size, digits = max(map(abs, numbers.values()), default=0.0), ROUGH if double else SHORT
-        short: dict[str, Value] = {
-            name: 0.0 if abs(v) <= CANCELLED * size else float(f"{v:.{digits}g}")
-            for name, v in numbers.items()
-        }
-        model, there = self.graph.model, {**self.values, **short}
-        rules = (model.equations[index] for index in step.equations)
-        if len(short) < len(found) or short == found:
+        if any(isinstance(number, str) for number in found.values()):
             return found
-        admitted = all(model.variables[name].admits(float(short[name])) for name in short)
-        if not (admitted and all(check_rule(rule, there).holds for rule in rules)):
-            return found
-        exact = WrittenNumbers(self.graph, there, self.origins).satisfy(step)
-        return short if exact else found
+        numbers = {name: float(number) for name, number in found.items()}
+        tiny = CANCELLED * max(map(abs, numbers.values()), default=0.0)
+        model, tried = self.graph.model, dict[str, float]()
+        rules = [model.equations[index] for index in step.equations]
+        for digits in DIGITS:
+            last, tried = (
+                tried,
+                {
+                    n: 0.0 if abs(v) <= tiny else float(f"{v:.{digits}g}")
+                    for n, v in numbers.items()
+                },
+            )
+            there = {**self.values, **tried}
+            admitted = all(model.variables[name].admits(v) for name, v in tried.items())
+            if (
+                tried != last
+                and admitted
+                and all(check_rule(rule, there).holds for rule in rules)
+                and WrittenNumbers(self.graph, there, self.origins).satisfy(step)
+            ):
+                return {**tried}
+        return found
 
 
 def led_to(isolation: Isolation, stages: tuple[Stage, ...]) -> Expression | None:

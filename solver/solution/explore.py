@@ -414,14 +414,14 @@ class PathSearch(Ends):
         from solver.kernel.written import WrittenNumbers
 
         written = WrittenNumbers(self.graph, branch.values, branch.origins)
-        found = written.in_decimals(step, answer.values, answer.double is not None)
+        found = written.in_decimals(step, answer.values)
         size = CANCELLED * max((abs(float(v)) for v in found.values()), default=0.0)
         tiny = {n: 0.0 for n, v in found.items() if 0.0 < abs(float(v)) <= size}
         if not tiny:
             return found
         self._learn(trial := branch.fork(), step, found)
         off = self._off(trial)
-        tiny = {n: 0.0 for n in tiny if abs(trial.values[n]) <= SAFETY * off[n]}
+        tiny = {n: 0.0 for n in tiny if abs(float(found[n])) <= SAFETY * off[n]}
         trial.values.update(tiny)
         rules = (self.model.equations[index] for index in step.equations)
         holds = all(check_rule(rule, trial.values).holds for rule in rules)

@@ -272,10 +272,15 @@ class Flow(Graph):
                 return self.false
         return self.decide(left, right)
 
-    def decide(self, left: int, right: int) -> int:
-        """Whether numbers are nearly equal: where they are, more digits than floats have decide."""
+    def decide(self, left: int, right: int, error: float = 0.0) -> int:
+        """Whether numbers are nearly equal: where they are, or no further apart than an error, more
+        digits than floats have decide."""
         near = self.add("near", left, right)
-        self.require(self.add("or", self.add("not", near), self.add("eq", left, right)))
+        apart = self.add("not", near)
+        if error:
+            far = self.add("lt", error, self.add("abs", self.add("sub", left, right)))
+            apart = self.add("and", apart, far)
+        self.require(self.add("or", apart, self.add("eq", left, right)))
         return near
 
 

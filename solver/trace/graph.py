@@ -40,11 +40,12 @@ LOGICAL = frozenset(
     {"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"}
 )
 LEAVES = frozenset({"const", "input"})
-RATIONAL = LEAVES | {"neg", "add", "sub", "mul", "div", "abs", "pow", "max"}
-"""Operations that lead from decimals to numbers that are known exactly."""
 HALVED = {"cos": "sin", "cosd": "sind"}
 SELECTORS = frozenset({"call", "root", "item", "unfolded"})
 """Operations whose first operand is no node."""
+ALGEBRAIC = LEAVES | LOGICAL | {"neg", "add", "sub", "mul", "div", "abs", "pow", "max"}
+ALGEBRAIC |= {"sqrt", "where", "root", "item"}
+"""Operations that may lead from decimals to numbers that are decimals."""
 
 
 class Operation(NamedTuple):

@@ -21,7 +21,7 @@ from solver.path.isolate import without_logarithm
 from solver.path.planner import planner
 from solver.trace.compensated import noise, residual
 from solver.trace.flow import LIBRARY, Flow, Numbers
-from solver.trace.graph import LEAVES, RATIONAL, NotCompilable, computed_from
+from solver.trace.graph import ALGEBRAIC, LEAVES, NotCompilable, computed_from
 
 CLEAR = 1e-6
 """Discriminants and divisors smaller than this, relative to their terms, are left to a full
@@ -119,10 +119,10 @@ class Guards:
                         (one == other) is (operator == "=") and operator in ("=", "<>")
                     )
                 sides = [self._expression(state, side) for side in (left, right)]
-                # decimals may decide between rational numbers
+                # decimals may decide between numbers that are no values of transcendental functions
                 made = {self.flow.nodes[node][0] for node in computed_from(self.flow, sides)}
-                if not LEAVES.issuperset(made) and RATIONAL.issuperset(made):
-                    self.flow.decide(*sides)
+                if not LEAVES.issuperset(made) and ALGEBRAIC.issuperset(made):
+                    self.flow.decide(sides[0], sides[1], 4.0 * max(map(self._numbers.error, sides)))
                 return self.flow.compare(operator, *sides)
             case And(terms) | Or(terms):
                 join = "and" if isinstance(condition, And) else "or"

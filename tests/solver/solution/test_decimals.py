@@ -4,6 +4,7 @@ divisor is 0, an argument lies at the end of a domain."""
 from __future__ import annotations
 
 import contextlib
+import math
 from decimal import Decimal
 
 import pytest
@@ -223,6 +224,52 @@ def test_numbers_that_are_equal_in_decimals_are_neither_less_nor_more(
     plan = solver.prepare(model, ["a"], ["x"], inputs)
     plan(1.037 * inputs["a"])
     assert plan(inputs["a"]) == (case,)
+
+
+BLOCKS = {
+    "p = {a}*x + {b}*y\nq = x - {b}*y": lambda x, y, a, b: (a * x + b * y, x - b * y),
+    "p = x + y^2\nq = x + {a}*y": lambda x, y, a, b: (x + y * y, x + a * y),
+    "p = x*y\nq = x + y": lambda x, y, a, b: (x * y, x + y),
+    "p = {a}*(x + y)^3 - x\nq = x*y + {b}": lambda x, y, a, b: (a * (x + y) ** 3 - x, x * y + b),
+}
+"""Rules that are solved together, and the numbers that two decimals lead to."""
+AFTER = {
+    "u = sqrt({k}*(x - T))": 0.0,
+    "z = {k}*x\nu = 3 - 2*sqrt({k}*T - z)": 3.0,
+    "u = (x/T - 1)^1.5": 0.0,
+    "u = asind(x/T)": 90.0,
+    "z = {k}*x\nif z >= {k}*T then u = 1 else u = 2": 1.0,
+    "if x > T then u = 1 else u = 2": 2.0,
+    "u = int(x/T)": 1.0,
+}
+
+
+@pytest.mark.parametrize("block", sorted(BLOCKS))
+@given(
+    x=decimals, y=decimals, a=decimals, b=decimals, k=decimals, then=st.sampled_from(sorted(AFTER))
+)
+def test_decimals_that_a_block_leads_to_decide(
+    block: str, x: Decimal, y: Decimal, a: Decimal, b: Decimal, k: Decimal, then: str
+) -> None:
+    assume(x < 100 * y and y < 100 * x and abs(x - y) * 10 > x)  # no double root
+    model = rulesheets.loads(f"{block}\n{then}".format(a=a, b=b, k=k))
+    p, q = BLOCKS[block](x, y, a, b)
+    result = solver.solve(model, {"p": float(p), "q": float(q), "T": float(x)})
+    answers = [(s["x"], s["u"]) for s in result.solutions]
+    assert any(s == pytest.approx((float(x), AFTER[then]), rel=1e-12) for s in answers), answers
+
+
+@given(a=decimals, b=decimals, c=decimals, d=decimals, y=decimals, k=st.integers(1, 9))
+def test_nothing_is_left_of_an_unknown_that_is_0(
+    a: Decimal, b: Decimal, c: Decimal, d: Decimal, y: Decimal, k: int
+) -> None:
+    """Neither of decimals, nor of numbers with all the digits of floats."""
+    assume(abs(a * d - b * c) * 1000 > max(a * d, b * c))
+    text = f"{a}*x + {b}*y = p\n{c}*x + {d}*y = q\nu = sqrt(x)\nif x >= 0 then v = 1 else v = 2"
+    for n in (1, math.exp(1.0 / k)):
+        inputs = {"p": float(b * y) * n, "q": float(d * y) * n}
+        result = solver.solve(rulesheets.loads(text), inputs)
+        assert [(s["x"], s["u"], s["v"]) for s in result.solutions] == [(0.0, 0.0, 1.0)]
 
 
 @pytest.mark.parametrize(
