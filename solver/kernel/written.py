@@ -10,7 +10,6 @@ from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
 from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, substitute
 from solver.accuracy.rule_check import check_rule
-from solver.numerics.tolerances import CANCELLED
 from solver.path import (
     TARGET,
     Evaluate,
@@ -25,8 +24,8 @@ from solver.path.graph import ModelGraph
 
 DEEPEST, LONGEST = 40, 5000
 """Rules in a row that are followed, and binary digits of a number."""
-DIGITS = 12, 9, 6
-"""Digits of an unknown that is tried as a decimal: at a double root few are known."""
+SHORT = 12
+"""Digits of an unknown that is tried as a decimal."""
 
 
 class WrittenNumbers:
@@ -65,7 +64,7 @@ class WrittenNumbers:
     def _short(self, name: str) -> Fraction:
         number = self.values[name]
         return as_written(
-            number if isinstance(number, str) else float(f"{float(number):.{DIGITS[0]}g}")
+            number if isinstance(number, str) else float(f"{float(number):.{SHORT}g}")
         )
 
     def satisfy(self, step: Evaluate | SolveBlock, depth: int = DEEPEST) -> bool:
@@ -79,32 +78,19 @@ class WrittenNumbers:
         return all(value_as_written(rule.form, read) == 0 for rule in rules)
 
     def in_decimals(self, step: SolveBlock, found: Values) -> Values:
-        """An answer of a block; the decimals next to it if these satisfy its rules exactly: 0 for
-        what rounding has left of it."""
-        if any(isinstance(number, str) for number in found.values()):
+        """An answer of a block; the decimals next to it if they satisfy its rules exactly, and
+        other rules read them."""
+        model, users = self.graph.model, self.graph.users
+        if all({*users[name]} <= {*step.equations} for name in step.unknowns):
             return found
-        numbers = {name: float(number) for name, number in found.items()}
-        tiny = CANCELLED * max(map(abs, numbers.values()), default=0.0)
-        model, tried = self.graph.model, dict[str, float]()
-        rules = [model.equations[index] for index in step.equations]
-        for digits in DIGITS:
-            last, tried = (
-                tried,
-                {
-                    n: 0.0 if abs(v) <= tiny else float(f"{v:.{digits}g}")
-                    for n, v in numbers.items()
-                },
-            )
-            there = {**self.values, **tried}
-            admitted = all(model.variables[name].admits(v) for name, v in tried.items())
-            if (
-                tried != last
-                and admitted
-                and all(check_rule(rule, there).holds for rule in rules)
-                and WrittenNumbers(self.graph, there, self.origins).satisfy(step)
-            ):
-                return {**tried}
-        return found
+        short = {name: float(f"{float(v):.{SHORT}g}") for name, v in found.items()}
+        there = {**self.values, **short}
+        admitted = all(model.variables[name].admits(v) for name, v in short.items())
+        if short == found or not admitted:
+            return found
+        holds = all(check_rule(model.equations[index], there).holds for index in step.equations)
+        exact = holds and WrittenNumbers(self.graph, there, self.origins).satisfy(step)
+        return {**short} if exact else found
 
 
 def led_to(isolation: Isolation, stages: tuple[Stage, ...]) -> Expression | None:

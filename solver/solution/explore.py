@@ -17,7 +17,7 @@ from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, OutOfRange, RankLoss, about
 from solver.kernel.block import DENSE, FEW, kernel_of
-from solver.kernel.candidates import Answer, BlockOutcome
+from solver.kernel.candidates import BlockOutcome
 from solver.kernel.problem import PLAN, STEP
 from solver.kernel.solve_block import MAX_SEARCHED, SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
@@ -401,31 +401,29 @@ class PathSearch(Ends):
         beside = tuple(fact for fact in outcome.facts if isinstance(fact, Beside))
         found: list[tuple[Values, Facts]] = [
             (
-                self._without_rounding(branch, step, answer),
+                self._without_rounding(branch, step, answer.values),
                 beside if answer.double is None else (*beside, answer.double),
             )
             for answer in outcome.answers
         ]
         return self._forks(branch, step, found)
 
-    def _without_rounding(self, branch: Branch, step: SolveBlock, answer: Answer) -> Values:
-        """An answer of a block; the decimals that it stands for, and 0 for what is no larger than
-        its error: other rules may have no value beside these."""
+    def _without_rounding(self, branch: Branch, step: SolveBlock, found: Values) -> Values:
+        """An answer of a block with 0 for what is no larger than its error, and with the decimals
+        that it stands for: other rules may have no value beside these."""
+        size = CANCELLED * max((abs(float(v)) for v in found.values()), default=0.0)
+        tiny = [name for name, v in found.items() if 0.0 < abs(float(v)) <= size]
+        if tiny:
+            self._learn(trial := branch.fork(), step, found)
+            off = self._off(trial)
+            zeros = {n: 0.0 for n in tiny if abs(float(found[n])) <= SAFETY * off[n]}
+            trial.values.update(zeros)
+            rules = (self.model.equations[index] for index in step.equations)
+            if all(check_rule(rule, trial.values).holds for rule in rules):
+                found = {**found, **zeros}
         from solver.kernel.written import WrittenNumbers
 
-        written = WrittenNumbers(self.graph, branch.values, branch.origins)
-        found = written.in_decimals(step, answer.values)
-        size = CANCELLED * max((abs(float(v)) for v in found.values()), default=0.0)
-        tiny = {n: 0.0 for n, v in found.items() if 0.0 < abs(float(v)) <= size}
-        if not tiny:
-            return found
-        self._learn(trial := branch.fork(), step, found)
-        off = self._off(trial)
-        tiny = {n: 0.0 for n in tiny if abs(float(found[n])) <= SAFETY * off[n]}
-        trial.values.update(tiny)
-        rules = (self.model.equations[index] for index in step.equations)
-        holds = all(check_rule(rule, trial.values).holds for rule in rules)
-        return {**found, **tiny} if holds else found
+        return WrittenNumbers(self.graph, branch.values, branch.origins).in_decimals(step, found)
 
     def _solved(self, step: SolveBlock, branch: Branch, before: Row | None = None) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers, or for
