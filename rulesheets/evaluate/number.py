@@ -41,6 +41,11 @@ def number_text(x: float) -> str:
     return text
 
 
+def shortened(x: float) -> float:
+    """The decimal of twelve digits next to x, for which it may stand."""
+    return float(f"{x:.12g}")
+
+
 class Undefined(ArithmeticError):
     """An operation has no value at its arguments; the text reads ``sqrt of -3.2``.
 

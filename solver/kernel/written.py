@@ -7,9 +7,9 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
+from rulesheets.evaluate.number import shortened
 from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, substitute
-from solver.accuracy.rule_check import check_rule
 from solver.path import (
     TARGET,
     Evaluate,
@@ -24,8 +24,6 @@ from solver.path.graph import ModelGraph
 
 DEEPEST, LONGEST = 40, 5000
 """Rules in a row that are followed, and binary digits of a number."""
-SHORT = 12
-"""Digits of an unknown that is tried as a decimal."""
 
 
 class WrittenNumbers:
@@ -63,9 +61,7 @@ class WrittenNumbers:
 
     def _short(self, name: str) -> Fraction:
         number = self.values[name]
-        return as_written(
-            number if isinstance(number, str) else float(f"{float(number):.{SHORT}g}")
-        )
+        return as_written(number if isinstance(number, str) else shortened(float(number)))
 
     def satisfy(self, step: Evaluate | SolveBlock, depth: int = DEEPEST) -> bool:
         """Whether the rules of a step hold exactly with its unknowns as decimals."""
@@ -76,21 +72,6 @@ class WrittenNumbers:
 
         rules = (self.graph.model.equations[index] for index in equations_of(step))
         return all(value_as_written(rule.form, read) == 0 for rule in rules)
-
-    def in_decimals(self, step: SolveBlock, found: Values) -> Values:
-        """An answer of a block; the decimals next to it if they satisfy its rules exactly, and
-        other rules read them."""
-        model, users = self.graph.model, self.graph.users
-        if all({*users[name]} <= {*step.equations} for name in step.unknowns):
-            return found
-        short = {name: float(f"{float(v):.{SHORT}g}") for name, v in found.items()}
-        there = {**self.values, **short}
-        admitted = all(model.variables[name].admits(v) for name, v in short.items())
-        if short == found or not admitted:
-            return found
-        holds = all(check_rule(model.equations[index], there).holds for index in step.equations)
-        exact = holds and WrittenNumbers(self.graph, there, self.origins).satisfy(step)
-        return {**short} if exact else found
 
 
 def led_to(isolation: Isolation, stages: tuple[Stage, ...]) -> Expression | None:

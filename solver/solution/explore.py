@@ -12,6 +12,7 @@ from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
+from rulesheets.evaluate.number import shortened
 from rulesheets.model import Row, Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
@@ -411,19 +412,28 @@ class PathSearch(Ends):
     def _without_rounding(self, branch: Branch, step: SolveBlock, found: Values) -> Values:
         """An answer of a block with 0 for what is no larger than its error, and with the decimals
         that it stands for: other rules may have no value beside these."""
-        size = CANCELLED * max((abs(float(v)) for v in found.values()), default=0.0)
-        tiny = [name for name, v in found.items() if 0.0 < abs(float(v)) <= size]
-        if tiny:
-            self._learn(trial := branch.fork(), step, found)
+        numbers, trial = {name: float(v) for name, v in found.items()}, branch.fork()
+        size = CANCELLED * max(map(abs, numbers.values()), default=0.0)
+        if tiny := [name for name, v in numbers.items() if 0.0 < abs(v) <= size]:
+            self._learn(trial, step, found)
             off = self._off(trial)
-            zeros = {n: 0.0 for n in tiny if abs(float(found[n])) <= SAFETY * off[n]}
-            trial.values.update(zeros)
-            rules = (self.model.equations[index] for index in step.equations)
-            if all(check_rule(rule, trial.values).holds for rule in rules):
+            zeros = {n: 0.0 for n in tiny if abs(numbers[n]) <= SAFETY * off[n]}
+            if self._hold(step, {**trial.values, **zeros}):
                 found = {**found, **zeros}
-        from solver.kernel.written import WrittenNumbers
+        if all({*self.graph.users[name]} <= {*step.equations} for name in step.unknowns):
+            return found
+        short = {name: shortened(float(v)) for name, v in found.items()}
+        admitted = all(self.model.variables[name].admits(v) for name, v in short.items())
+        if short == found or not (admitted and self._hold(step, {**branch.values, **short})):
+            return found
+        from solver.kernel.written import WrittenNumbers  # most values are no decimals
 
-        return WrittenNumbers(self.graph, branch.values, branch.origins).in_decimals(step, found)
+        written = WrittenNumbers(self.graph, {**branch.values, **short}, branch.origins)
+        return {**short} if written.satisfy(step) else found
+
+    def _hold(self, step: SolveBlock, values: Values) -> bool:
+        """Whether the rules of a block hold at some values."""
+        return all(check_rule(self.model.equations[i], values).holds for i in step.equations)
 
     def _solved(self, step: SolveBlock, branch: Branch, before: Row | None = None) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers, or for
