@@ -283,8 +283,9 @@ class Uncertainty(NamedTuple):
     relative: float | None = None
 
 
-def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
-    """Forward error of the unknowns for the backward error that the rule check admits: |J⁻¹|·t."""
+def uncertainty(problem: BlockProblem, point: Point, share: float = BACKWARD) -> Uncertainty:
+    """Forward error of the unknowns for a backward error, that which the rule check admits:
+    |J⁻¹|·t."""
     if len(point) > MANY:
         return _sparse_uncertainty(problem, problem.sparse, point)
     everything = {**problem.here, **point}
@@ -297,7 +298,7 @@ def uncertainty(problem: BlockProblem, point: Point) -> Uncertainty:
     steepness = max(
         (moves / terms if terms else math.inf for moves, terms in sizes if moves), default=0.0
     )
-    tolerances = [max(BACKWARD * moves, EPS * terms) for moves, terms in sizes]
+    tolerances = [max(share * moves, EPS * terms) for moves, terms in sizes]
     with np.errstate(all="ignore"):
         try:
             errors = np.abs(np.linalg.inv(jacobian)) @ tolerances

@@ -19,11 +19,11 @@ from solver.accuracy.rule_check import check_rule
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, OutOfRange, RankLoss, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
-from solver.kernel.problem import PLAN, STEP
+from solver.kernel.problem import PLAN, STEP, BlockProblem, uncertainty
 from solver.kernel.solve_block import MAX_SEARCHED, SEARCHES, solve_block, solve_sparsely
 from solver.kernel.step import StepOutcome, StepSolver
 from solver.leaves import Asked, Branch, CutOff, Exploration, Leaf, indeterminacy, infinite, unmet
-from solver.numerics.tolerances import CANCELLED, ROUNDED, SAFETY
+from solver.numerics.tolerances import CANCELLED, EPS, ROUNDED, SAFETY
 from solver.path import (
     Assume,
     Check,
@@ -412,13 +412,14 @@ class PathSearch(Ends):
     def _without_rounding(self, branch: Branch, step: SolveBlock, found: Values) -> Values:
         """An answer of a block with 0 for what is no larger than its error, and with the decimals
         that it stands for: other rules may have no value beside these."""
-        numbers, trial = {name: float(v) for name, v in found.items()}, branch.fork()
+        kernel = kernel_of(self.graph, step)
+        numbers = {name: float(found[name]) for name in kernel.unknowns}
         size = CANCELLED * max(map(abs, numbers.values()), default=0.0)
-        if tiny := [name for name, v in numbers.items() if 0.0 < abs(v) <= size]:
-            self._learn(trial, step, found)
-            off = self._off(trial)
-            zeros = {n: 0.0 for n in tiny if abs(numbers[n]) <= SAFETY * off[n]}
-            if self._hold(step, {**trial.values, **zeros}):
+        if any(0.0 < abs(v) <= size for v in numbers.values()):
+            problem = BlockProblem(kernel, branch.values, self.guesses)
+            errors = zip(numbers.items(), uncertainty(problem, numbers, EPS).errors, strict=True)
+            zeros = {n: 0.0 for (n, v), e in errors if abs(v) <= min(size, SAFETY * e)}
+            if self._hold(step, {**branch.values, **numbers, **zeros}):
                 found = {**found, **zeros}
         if all({*self.graph.users[name]} <= {*step.equations} for name in step.unknowns):
             return found
