@@ -32,15 +32,18 @@ class WrittenNumbers:
 
     def __init__(self, graph: ModelGraph, values: Values, origins: Mapping[str, Step]) -> None:
         self.graph, self.values, self.origins = graph, values, origins
-        self.kept = dict[str, Fraction]()
+        self.kept = dict[str, Fraction | None]()
 
     def number(self, name: str, depth: int = DEEPEST) -> Fraction:
         """Raises Inexact if a number does not follow exactly, KeyError for one that is not
         known."""
         if name not in self.kept:
+            self.kept[name] = None  # unless it turns out to be known: chains are followed once
             step, number = self.origins.get(name), self.values[name]
             self.kept[name] = as_written(number) if step is None else self._of(step, name, depth)
-        return self.kept[name]
+        if (found := self.kept[name]) is None:
+            raise Inexact(name)
+        return found
 
     def _of(self, step: Step, name: str, depth: int) -> Fraction:
         """What a direct step leads to, or a decimal with which the rules of a step hold exactly."""

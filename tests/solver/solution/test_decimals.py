@@ -272,6 +272,18 @@ def test_nothing_is_left_of_an_unknown_that_is_0(
         assert [(s["x"], s["u"], s["v"]) for s in result.solutions] == [(0.0, 0.0, 1.0)]
 
 
+@pytest.mark.parametrize("length", [4, 40])
+def test_a_chain_that_leads_to_no_decimals_is_followed_once(length: int) -> None:
+    """Each of its rules reads the one before: a comparison at its end asks them all."""
+    rules = [f"x{k} = 1.1*x{k - 1} - 0.3" for k in range(1, length)]
+    text = "\n".join(["x0 = sin(a)", *rules, f"if x{length - 1} >= b then v = 1 else v = 2"])
+    model = rulesheets.loads(text)
+    end = solver.solve(model, {"a": 0.3}, want=[f"x{length - 1}"])[f"x{length - 1}"]
+    assert isinstance(end, float)
+    above = math.nextafter(end, math.inf)
+    assert [solver.solve(model, {"a": 0.3, "b": b})["v"] for b in (end, above)] == [1.0, 2.0]
+
+
 @given(k=st.integers(10, 99), y=st.integers(1, 9), a=st.integers(2, 9))
 def test_a_small_number_that_has_digits_stays(k: int, y: int, a: int) -> None:
     x = Decimal(k).scaleb(-14)
