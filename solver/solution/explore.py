@@ -419,18 +419,23 @@ class PathSearch(Ends):
             problem = BlockProblem(kernel, branch.values, self.guesses)
             errors = zip(numbers.items(), uncertainty(problem, numbers, EPS).errors, strict=True)
             zeros = {n: 0.0 for (n, v), e in errors if abs(v) <= min(size, SAFETY * e)}
-            if self._hold(step, {**branch.values, **numbers, **zeros}):
+            if self._admit(zeros) and self._hold(step, {**branch.values, **numbers, **zeros}):
                 found = {**found, **zeros}
-        if all({*self.graph.users[name]} <= {*step.equations} for name in step.unknowns):
+        own = frozenset(step.equations)
+        if all(own.issuperset(self.graph.users[name]) for name in step.unknowns):
             return found
         short = {name: shortened(float(v)) for name, v in found.items()}
-        admitted = all(self.model.variables[name].admits(v) for name, v in short.items())
-        if short == found or not (admitted and self._hold(step, {**branch.values, **short})):
+        admitted = short != found and self._admit(short)
+        if not (admitted and self._hold(step, {**branch.values, **short})):
             return found
         from solver.kernel.written import WrittenNumbers  # most values are no decimals
 
         written = WrittenNumbers(self.graph, {**branch.values, **short}, branch.origins)
         return {**short} if written.satisfy(step) else found
+
+    def _admit(self, numbers: Mapping[str, float]) -> bool:
+        """Whether all of these lie in the ranges of their variables."""
+        return all(self.model.variables[name].admits(v) for name, v in numbers.items())
 
     def _hold(self, step: SolveBlock, values: Values) -> bool:
         """Whether the rules of a block hold at some values."""
