@@ -412,34 +412,27 @@ class PathSearch(Ends):
     def _without_rounding(self, branch: Branch, step: SolveBlock, found: Values) -> Values:
         """An answer of a block with 0 for what is no larger than its error, and with the decimals
         that it stands for: other rules may have no value beside these."""
-        kernel = kernel_of(self.graph, step)
+        kernel, own = kernel_of(self.graph, step), frozenset(step.equations)
         numbers = {name: float(found[name]) for name in kernel.unknowns}
         size = CANCELLED * max(map(abs, numbers.values()), default=0.0)
-        if any(0.0 < abs(v) <= size for v in numbers.values()):
-            problem = BlockProblem(kernel, branch.values, self.guesses)
+        tiny = any(0.0 < abs(v) <= size for v in numbers.values())
+        is_read = not all(own.issuperset(self.graph.users[name]) for name in step.unknowns)
+        if not (tiny or is_read):
+            return found
+        problem = BlockProblem(kernel, branch.values, self.guesses)
+        if tiny:
             errors = zip(numbers.items(), uncertainty(problem, numbers, EPS).errors, strict=True)
             zeros = {n: 0.0 for (n, v), e in errors if abs(v) <= min(size, SAFETY * e)}
-            if self._admit(zeros) and self._hold(step, {**branch.values, **numbers, **zeros}):
+            cleared = {**numbers, **zeros}
+            if problem.outside(cleared) is None and problem.holds(cleared):
                 found = {**found, **zeros}
-        own = frozenset(step.equations)
-        if all(own.issuperset(self.graph.users[name]) for name in step.unknowns):
-            return found
         short = {name: shortened(float(v)) for name, v in found.items()}
-        admitted = short != found and self._admit(short)
-        if not (admitted and self._hold(step, {**branch.values, **short})):
+        if not is_read or short == found or problem.outside(short) or not problem.holds(short):
             return found
         from solver.kernel.written import WrittenNumbers  # most values are no decimals
 
         written = WrittenNumbers(self.graph, {**branch.values, **short}, branch.origins)
         return {**short} if written.satisfy(step) else found
-
-    def _admit(self, numbers: Mapping[str, float]) -> bool:
-        """Whether all of these lie in the ranges of their variables."""
-        return all(self.model.variables[name].admits(v) for name, v in numbers.items())
-
-    def _hold(self, step: SolveBlock, values: Values) -> bool:
-        """Whether the rules of a block hold at some values."""
-        return all(check_rule(self.model.equations[i], values).holds for i in step.equations)
 
     def _solved(self, step: SolveBlock, branch: Branch, before: Row | None = None) -> BlockOutcome:
         """The outcome of a block, which is searched at most once for the same known numbers, or for
