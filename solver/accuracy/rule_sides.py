@@ -14,7 +14,7 @@ from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import TABLE, named
 from rulesheets.model import Equation, Row, Values, once
 from rulesheets.syntax import nodes
-from solver.numerics.tolerances import BACKWARD, STEEP, UNIT_ROUNDOFF
+from solver.numerics.tolerances import BACKWARD, SAFETY, STEEP, UNIT_ROUNDOFF
 
 MANY = 30
 """Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
@@ -79,6 +79,18 @@ def sides(equation: Equation, values: Values) -> Sides:
             slopes[name] = slopes.get(name, 0.0) - slope
         kept.sides = Sides(left, right, slopes, noise + more)
     return kept.sides
+
+
+def explained(
+    equation: Equation, values: Values, miss: float | None, errors: Mapping[str, float]
+) -> bool:
+    """Whether the errors of the values may explain by how much they miss the equation."""
+    try:
+        slopes = sides(equation, values).slopes
+    except Undefined:
+        return True
+    reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes.items())
+    return miss is not None and not abs(miss) > SAFETY * reach
 
 
 def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:

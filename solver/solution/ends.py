@@ -14,7 +14,7 @@ from rulesheets.evaluate.number import equal
 from rulesheets.model import Equation, Value, Values
 from rulesheets.syntax.nodes import Comparison, Condition, subtract
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import MANY
+from solver.accuracy.rule_sides import MANY, explained
 from solver.facts import Conflict, Fact, Gap, Truncated
 from solver.kernel.problem import Budget
 from solver.kernel.step import StepSolver
@@ -178,7 +178,9 @@ class Ends:
             if check.holds:
                 worst = max(worst, check.scaled)
             # no step has asked it
-            elif equation.index in branch.checked or not self._agreed(branch, equation, decided):
+            elif equation.index in branch.checked or not self._agreed(
+                branch, equation, check.miss, decided
+            ):
                 self.delicate = self.delicate or check.delicate
                 undefined = indeterminacy(equation, values) if check.miss is None else None
                 conflicts.append(undefined or Conflict((equation.index,), check.miss, values))
@@ -216,8 +218,13 @@ class Ends:
         every = range(len(self.model.conditions))
         return {**branch.assumed, **self.analysis.outcomes(every, branch)}
 
-    def _agreed(self, branch: Branch, rule: Equation, decided: dict[int, bool]) -> bool:
-        """As ``agreed``, if every condition is ``decided`` as before at the other value."""
+    def _agreed(
+        self, branch: Branch, rule: Equation, miss: float | None, decided: dict[int, bool]
+    ) -> bool:
+        """As ``agreed``, if errors of the values may explain the ``miss`` of the rule, and every
+        condition is ``decided`` as before at the other value."""
+        if miss is not None and not explained(rule, branch.values, miss, self._off(branch)):
+            return False
         trial = branch.fork()
         trial.decided = decided
         if not agreed(self.graph, trial, rule.index, self.inputs):

@@ -22,7 +22,7 @@ from rulesheets.model import Model, Value, Values, Variable
 from rulesheets.syntax.nodes import Comparison, Name
 from solver import facts
 from solver.accuracy.forward_error import ForwardErrors, forward_errors
-from solver.accuracy.rule_sides import sides
+from solver.accuracy.rule_sides import explained
 from solver.facts import Conflict, DoubleRoot, Fact, Status
 from solver.leaves import (
     Asked,
@@ -140,12 +140,7 @@ def _vague(asked: Asked, leaf: Leaf) -> bool:
         return True
     for conflict in (fact for fact in leaf.conflicts if isinstance(fact, Conflict)):
         for index in conflict.equations:  # missed by no more than the errors of the values explain
-            try:
-                slopes = sides(asked.model.equations[index], values).slopes
-            except Undefined:
-                return True
-            reach = sum(abs(slope) * errors.get(name, 0.0) for name, slope in slopes.items())
-            if conflict.miss is not None and abs(conflict.miss) <= SAFETY * reach:
+            if explained(asked.model.equations[index], values, conflict.miss, errors):
                 return True
     return False
 
