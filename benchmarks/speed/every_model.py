@@ -144,7 +144,8 @@ def compare(path: Path) -> Compared | None:
     value = numbers[driver]
     plan = solver.prepare(model, [driver], want)
     plan(value)
-    near = np.linspace(value - 1e-3 * abs(value), value + 1e-3 * abs(value), MANY)
+    reach = 1e-3 * (abs(value) or 1.0)
+    near = np.linspace(value - reach, value + reach, MANY)
     sweeps = plan.records.programs and plan.sweep(near[:: MANY // 10]).solved.all()
     verdict, _ = plan.judged((value,))
     system = system_of(model, plan, verdict)

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from fractions import Fraction
-from functools import cached_property
+from functools import cached_property, lru_cache
 from math import inf, isnan, nan
 from typing import Any, TypeAlias
 
@@ -72,6 +72,8 @@ LONGEST_SLOPE = 750
 FAR, DECADES = 4096.0, 16.0
 """The size from which boxes are also examined over reciprocals; and the quotient of the ends of
 nearer ones that are."""
+LATEST = 16
+"""Points at which exact values are kept."""
 
 
 def _is_rootless(found: Interval) -> bool:
@@ -98,8 +100,8 @@ class Enclosure:
     ) -> None:
         self._chain, self._known, self._ranged = chain, tuple(known), tuple(ranged)
         self._shared = {} if shared is None else shared
-        self._at, self._points = tuple[float, ...](), dict[float, Independent]()
-        self._zeros = dict[float, ExactZero | None]()
+        self._exactly_at = lru_cache(LATEST)(self._followed)
+        self._zero_at = lru_cache(LATEST)(self._zero)
 
     @cached_property
     def _slope(self) -> Chain:
@@ -158,12 +160,12 @@ class Enclosure:
     def leaves_zero(self, at: float, box: Interval, known: Sequence[float]) -> bool:
         """Whether the numerator of the residual is exactly 0 at a point of a box and, by one of its
         first derivatives, nowhere else in it."""
-        self._renew(known)
-        if at not in self._zeros:
-            last = self._last_zero(at, known)
-            self._zeros[at] = None if last is None else ExactZero(last)
-        zero = self._zeros[at]
+        zero = self._zero_at(at, tuple(known))
         return zero is not None and zero.is_alone(box, known)
+
+    def _zero(self, at: float, known: Sequence[float]) -> ExactZero | None:
+        last = self._last_zero(at, known)
+        return None if last is None else ExactZero(last)
 
     def _last_zero(self, at: float, known: Sequence[float]) -> Enclosure | None:
         """The numerator or the first of its derivatives that is exactly 0 at a point where its own
@@ -203,21 +205,15 @@ class Enclosure:
         return False
 
     def exactly_at(self, x: float, known: Sequence[float]) -> Independent:
-        """The values of a chain at a point, kept while the ``known`` numbers are the same."""
-        self._renew(known)
-        if x not in self._points:
-            point = Independent(self._exact(known) | {self._chain.tears[0]: as_written(x)})
-            for item in self._chain.assignments:
-                with suppress(Inexact):
-                    point.numbers[item.name] = point.of(item.expression)
-            self._points[x] = point
-        return self._points[x]
+        """The values of a chain at a point."""
+        return self._exactly_at(x, tuple(known))
 
-    def _renew(self, known: Sequence[float]) -> None:
-        if tuple(known) != self._at:
-            self._at = tuple(known)
-            self._points.clear()
-            self._zeros.clear()
+    def _followed(self, x: float, known: Sequence[float]) -> Independent:
+        point = Independent(self._exact(known) | {self._chain.tears[0]: as_written(x)})
+        for item in self._chain.assignments:
+            with suppress(Inexact):
+                point.numbers[item.name] = point.of(item.expression)
+        return point
 
     def _exact(self, known: Sequence[float]) -> dict[str, Fraction]:
         return {n: as_written(v) for n, v in zip(self._known, known, strict=True)}

@@ -227,9 +227,9 @@ class TearSearch:
 
     def _holes(self, place: int) -> list[float]:
         """The points where the residual is 0/0: of 0, 1, the ends of the tear's domain, and given
-        numbers at which floats have no value."""
+        numbers at which floats divide by 0."""
         (low, high), given = self.problem.domain(self.tear), self.problem.known
-        undefined = [x for x in given if low <= x <= high and self._along(place, x) is None]
+        undefined = [x for x in given if low <= x <= high and self._divides_by_zero(place, x)]
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
         numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
@@ -393,6 +393,15 @@ class TearSearch:
         except (ArithmeticError, ValueError):
             return None
         return dict(zip(self.problem.unknowns, numbers, strict=False))
+
+    def _divides_by_zero(self, place: int, x: float) -> bool:
+        try:
+            self.kernel.chain_function(place)(x, *self.problem.known)
+        except ZeroDivisionError:
+            return True
+        except (ArithmeticError, ValueError):
+            pass
+        return False
 
     def _is_absorbed(self, place: int, x: float) -> bool:
         """Whether the residual is 0 only because floats as large as x absorb its other terms."""
