@@ -28,6 +28,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     Symbol,
     Values,
+    walk,
 )
 
 
@@ -266,10 +267,25 @@ STEEP = 1e3
 """Slope from which on a function jumps."""
 
 
+def _may_be_close(part: object) -> bool:
+    """Whether a part of an expression may be one that ``undecided`` finds."""
+    match part:
+        case Quotient(_, Call()):
+            return True
+        case Call(function):
+            row = TABLE[function]
+            return row.jumps or any(0.0 != abs(end) < math.inf for end in row.domain)
+    return isinstance(part, Sum)
+
+
 def undecided(expression: Expression, values: Values, share: float) -> list[Expression]:
     """The parts of an expression that rounding decides about: sums of which no more than a
     ``share`` of their terms is left, tiny divisors, arguments next to the end of a domain,
     functions next to a jump. As far as the expression has a value."""
+    if (any_may := expression.__dict__.get("_any_may")) is None:
+        any_may = expression.__dict__["_any_may"] = any(map(_may_be_close, walk(expression)))
+    if not any_may:
+        return []
     tried = _Close(values, share)
     with suppress(Undefined):
         tried.of(expression)

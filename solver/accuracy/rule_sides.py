@@ -93,6 +93,18 @@ def explained(
     return miss is not None and not abs(miss) > SAFETY * reach
 
 
+def may_hold(equation: Equation, values: Values, moved: Mapping[str, float]) -> bool:
+    """Whether an equation that holds at the values may hold with numbers ``moved`` next to them, as
+    far as its slopes tell."""
+    try:
+        left, right, slopes, noise = sides(equation, values)
+    except Undefined:
+        return True
+    numbers = [(n, s, v) for n, s in slopes.items() if isinstance(v := values[n], float)]
+    miss = left - right + sum(s * (moved.get(n, v) - v) for n, s, v in numbers)
+    return not abs(miss) > 2 * (noise + BACKWARD * sum(abs(s * v) for _, s, v in numbers))
+
+
 def leads_to_zero(miss: Any, off: Any, moves: Sequence[Any], size: Any) -> Any:
     """Whether slopes alone show that F, which is ``off`` at most, is 0 for values that differ by a
     share BACKWARD: by ``moves`` that change it by no more than a share STEEP of the ``size`` of its

@@ -13,9 +13,10 @@ from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.evaluate.number import shortened
-from rulesheets.model import Row, Value, Values
+from rulesheets.model import Equation, Row, Value, Values, once
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
+from solver.accuracy.rule_sides import may_hold
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, OutOfRange, RankLoss, about
 from solver.kernel.block import DENSE, FEW, kernel_of
 from solver.kernel.candidates import BlockOutcome
@@ -320,16 +321,14 @@ class PathSearch(Ends):
         """The number; 0 if it is a sum of computed numbers that leaves no more than their last
         places, as the flow through a shut valve, which balances others."""
         rule = self.model.equations[equation]
+        if isinstance(number, str) or not _is_balance(rule):
+            return number
         others = {n: branch.values.get(n) for n in rule.names if n != unknown}
         largest = max((abs(v) for v in others.values() if isinstance(v, float)), default=0.0)
-        if isinstance(number, str) or abs(number) > ROUNDED * largest:
+        if abs(number) > ROUNDED * largest:
             return number
-        parts = (
-            part.operand if isinstance(part, Negative) else part for part in terms(*rule.sides)
-        )
-        balances = all(isinstance(part, Name) for part in parts)
         meant = others.keys() <= self.inputs.keys() or not self.model.variables[unknown].admits(0.0)
-        return 0.0 if balances and not meant else number
+        return number if meant else 0.0
 
     def _stepped(self, branch: Branch, equation: int, unknown: str) -> StepOutcome:
         guess = self.guesses.get(unknown)
@@ -427,7 +426,10 @@ class PathSearch(Ends):
             if problem.outside(cleared) is None and problem.holds(cleared):
                 found = {**found, **zeros}
         short = {name: shortened(float(v)) for name, v in found.items()}
-        if not is_read or short == found or problem.outside(short) or not problem.holds(short):
+        values = {**branch.values, **found}
+        if not (is_read and all(may_hold(rule, values, short) for rule in kernel.equations)):
+            return found
+        if short == found or problem.outside(short) or not problem.holds(short):
             return found
         from solver.kernel.written import WrittenNumbers  # most values are no decimals
 
@@ -581,6 +583,13 @@ class PathSearch(Ends):
         if not probe.complete:  # a proof that there is none is out of reach
             self.cases = max(self.cases, MAX_CASES - FEW_CASES)
         return {}
+
+
+@once
+def _is_balance(rule: Equation) -> bool:
+    """Whether a rule only adds up variables, as the flows of a joint."""
+    parts = (part.operand if isinstance(part, Negative) else part for part in terms(*rule.sides))
+    return all(isinstance(part, Name) for part in parts)
 
 
 def _nearest(leaf: Leaf) -> Branch:
