@@ -8,7 +8,6 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions import ARRAYS
 from solver.trace.flow import Flow
 from solver.trace.graph import (
@@ -73,17 +72,9 @@ def _nothing(flow: Graph, number: int) -> int:
     return flow.raw("sub", large, large)
 
 
-def near(flow: Graph, a: int, b: int) -> int:
-    """Whether two numbers are equal to rounding."""
-    op = flow.raw
-    larger = op("max", op("abs", a), op("abs", b))
-    return op("le", op("abs", op("sub", a, b)), op("mul", larger, TOLERANCE))
-
-
 FORMS: dict[str, Callable[..., int]] = {
     "sind": lambda flow, degrees: circular(flow, degrees)[0],
     "cosd": lambda flow, degrees: circular(flow, degrees)[1],
-    "near": near,
     "directiond": lambda flow, y, x: flow.raw("mul", flow.raw("direction", y, x), DEGREE),
 }
 """Operations that are written as others."""

@@ -253,12 +253,12 @@ class Flow(Graph):
     def compare(self, operator: str, left: int, right: int) -> int:
         """The node of a comparison of two numbers."""
         if operator in ("=", "<>"):
-            near = self._near(left, right)
-            return near if operator == "=" else self.add("not", near)
+            same = self._same(left, right)
+            return same if operator == "=" else self.add("not", same)
         pair = (left, right) if operator[0] == "<" else (right, left)
         return self.add("le" if operator.endswith("=") else "lt", *pair)
 
-    def _near(self, left: int, right: int) -> int:
+    def _same(self, left: int, right: int) -> int:
         for angle, other in ((left, right), (right, left)):
             known, number = self._directions.get(angle), self.value_of(other)
             if known is None or known.unit != "d" or not isinstance(number, float):
@@ -273,15 +273,15 @@ class Flow(Graph):
         return self.decide(left, right)
 
     def decide(self, left: int, right: int, error: float = 0.0) -> int:
-        """Whether numbers are nearly equal: where they are, or no further apart than an error, more
-        digits than floats have decide."""
-        near = self.add("near", left, right)
-        apart = self.add("not", near)
-        if error:
-            far = self.add("lt", error, self.add("abs", self.add("sub", left, right)))
-            apart = self.add("and", apart, far)
-        self.require(self.add("or", apart, self.add("eq", left, right)))
-        return near
+        """Whether numbers are equal: where they are nearly so, or no further apart than an error,
+        more digits than floats have decide."""
+        add = self.add
+        same = add("eq", left, right)
+        size = add("add", add("abs", left), add("abs", right))
+        off = add("add", add("mul", BACKWARD, size), error)
+        apart = add("lt", off, add("abs", add("sub", left, right)))
+        self.require(add("or", apart, same))
+        return same
 
 
 _CIRCULAR = frozenset({"sind", "cosd", "tand", "sin", "cos", "tan"})

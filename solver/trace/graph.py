@@ -16,7 +16,6 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from rulesheets.evaluate.number import equal
 from rulesheets.functions import TABLE
 from rulesheets.model import reached
 
@@ -36,9 +35,7 @@ class NotCompilable(Exception):
 
 
 _SELECTABLE = frozenset({"add", "sub", "mul", "div", "neg", "abs", "sqrt"})
-LOGICAL = frozenset(
-    {"lt", "le", "eq", "near", "and", "or", "xor", "not", "finite", "sooner", "unfolded"}
-)
+LOGICAL = frozenset({"lt", "le", "eq", "and", "or", "xor", "not", "finite", "sooner", "unfolded"})
 LEAVES = frozenset({"const", "input"})
 HALVED = {"cos": "sin", "cosd": "sind"}
 SELECTORS = frozenset({"call", "root", "item", "unfolded"})
@@ -95,7 +92,6 @@ OPERATIONS = {
     "lt": Operation(operator.lt, np.less, "({0} < {1})", "fcmp olt double {0}, {1}"),
     "le": Operation(operator.le, np.less_equal, "({0} <= {1})", "fcmp ole double {0}, {1}"),
     "eq": Operation(operator.eq, np.equal, "({0} == {1})", "fcmp oeq double {0}, {1}"),
-    "near": Operation(equal),
     "and": Operation(lambda a, b: a and b, np.logical_and, "({0} and {1})", "and i1 {0}, {1}"),
     "or": Operation(lambda a, b: a or b, np.logical_or, "({0} or {1})", "or i1 {0}, {1}"),
     "xor": Operation(operator.ne, np.not_equal, "({0} != {1})", "xor i1 {0}, {1}"),

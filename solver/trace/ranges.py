@@ -18,7 +18,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
-from rulesheets.evaluate.number import TOLERANCE
 from rulesheets.functions import ARRAYS, TABLE
 from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
 from solver.trace.flow import Flow
@@ -175,11 +174,6 @@ def _within(finder: Any, *known: Pair) -> Pair:
     return held, np.zeros_like(held)
 
 
-def _near(a: Pair, b: Pair) -> Pair:
-    apart = np.maximum(b[0] - a[1], a[0] - b[1])
-    return np.False_, apart > TOLERANCE * np.maximum(_size(a)[1], _size(b)[1])
-
-
 _FORMS: dict[str, Callable[..., Pair]] = {
     "neg": lambda a: (-a[1], -a[0]),
     "add": lambda a, b: (a[0] + b[0], a[1] + b[1]),
@@ -201,7 +195,6 @@ _FORMS: dict[str, Callable[..., Pair]] = {
     "lt": lambda a, b: (a[1] < b[0], a[0] >= b[1]),
     "le": lambda a, b: (a[1] <= b[0], a[0] > b[1]),
     "eq": lambda a, b: ((a[1] == b[0]) & (a[0] == b[1]), (a[1] < b[0]) | (b[1] < a[0])),
-    "near": _near,
     "finite": lambda a: (np.isfinite(a[1] - a[0]), np.False_),
     "and": lambda a, b: (a[0] & b[0], a[1] | b[1]),
     "or": lambda a, b: (a[0] | b[0], a[1] & b[1]),

@@ -36,7 +36,7 @@ CALLED = (
     "mod",
     "gamma",
 )
-COMPARED, JOINED = ("lt", "le", "eq", "near"), ("and", "or", "xor")
+COMPARED, JOINED = ("lt", "le", "eq"), ("and", "or", "xor")
 SPANS, EACH = 40, 60
 
 
