@@ -57,8 +57,8 @@ MOST_TRIED, MOST_LEFT = 8, 16
 """Tears for which formulas are looked for, and the rules for each that are left out in turn."""
 MOST_TEARS, MOST_FORMS = 2, 4
 """Tears of which the ranges are searched, and forms of a tear for what others leave open."""
-LARGEST = 8
-"""Unknowns of a block inside another."""
+LARGEST, LARGER = 8, 3
+"""Unknowns of a block inside another; and how many times as many as with another rule left out."""
 
 Angles: TypeAlias = dict[str, tuple[str, str]]
 """The names of the cosine and the sine of angles."""
@@ -161,8 +161,10 @@ def _orders(kernel: BlockKernel) -> Iterator[Order]:
             found.append((_order(part, name, endless, over[-1]), part, over))
     found.sort(key=lambda one: (one[0].is_endless, one[0].effort))
     for first, part, over in found[:MOST_TRIED]:
-        for left in over[:: ceil(len(over) / MOST_LEFT)]:
-            yield _order(part, first.tear, first.is_endless, left)
+        rules = over[:: ceil(len(over) / MOST_LEFT)]
+        orders = [_order(part, first.tear, first.is_endless, left) for left in rules]
+        largest = LARGER * min(order.effort[0] for order in orders)
+        yield from (order for order in orders if order.effort[0] <= largest)
 
 
 def _order(part: Incidence, tear: str, endless: bool, left: int) -> Order:
