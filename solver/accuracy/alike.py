@@ -38,11 +38,17 @@ from rulesheets.syntax.nodes import (
 )
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size
 from solver.numerics.linear_algebra import Array
-from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST
+from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, HIDDEN, ROUNDINGS
 from solver.path.shapes import Alike, Family, shapes
 
 FEWEST = 8
 """Rules of one shape from which on arrays are faster than one rule after another."""
+
+LONG: dict[str, Any] = {
+    "ln": np.log,
+    **{name: getattr(np, name) for name in ("sqrt", "abs", "exp", "sin", "cos")},
+}
+"""Functions that numpy has for its long floats."""
 
 
 # --- one walk for all of them ---------------------------------------------------
@@ -53,8 +59,10 @@ class _Columns(Arithmetic[Array]):
 
     ``numbers`` are the columns of those in the text, in order; without them a number stands for
     itself. Functions and powers are those of floats, so that their last digits are those of a
-    single rule.
+    single rule. ``unit`` is the distance from 1 to the next number.
     """
+
+    unit = EPS
 
     def __init__(self, columns: Mapping[str, Any], numbers: Array | None, count: int) -> None:
         self.columns, self.plain = columns, np.ones(count, dtype=bool)
@@ -80,10 +88,28 @@ class _Columns(Arithmetic[Array]):
         return result
 
 
+class _LongColumns(_Columns):
+    """The same in the long floats of numpy, whose unit is 2⁻⁶³ on most machines."""
+
+    unit = float(np.finfo(np.longdouble).eps)
+
+    def __init__(self, columns: Mapping[str, Array], numbers: Array, count: int) -> None:
+        longer = {name: column.astype(np.longdouble) for name, column in columns.items()}
+        super().__init__(longer, numbers.astype(np.longdouble), count)
+
+    def raised(self, node: Power, base: Any, exponent: Any) -> Array:
+        return self.finite(np.power(base, exponent))
+
+    def applied(self, node: Call, arguments: list[Any]) -> Array:
+        if node.function not in LONG:
+            raise Undefined(node.function, (), node)
+        return self.finite(LONG[node.function](*arguments))
+
+
 class _TracedColumns(Traced[Array]):
     """The parts of an expression with slopes and rounding, as in ``TracedFloats`` for one rule.
 
-    Rows with a subnormal number are not plain.
+    Slopes of functions are those of floats. Rows with a subnormal number are not plain.
     """
 
     numbers: _Columns
@@ -91,7 +117,8 @@ class _TracedColumns(Traced[Array]):
     def slope(
         self, template: Expression, arguments: Sequence[Part[Array]], node: Expression
     ) -> Array:
-        columns = {str(place): part.value for place, part in enumerate(arguments)}
+        values = (np.asarray(part.value, dtype=float) for part in arguments)
+        columns = {str(place): column for place, column in enumerate(values)}
         rows = _Columns(columns, None, len(self.numbers.plain))
         found = rows.of(template)
         return np.where(rows.plain & np.isfinite(found), found, np.nan)
@@ -207,7 +234,7 @@ class _FamilySides:
             self.slopes[name] = self.slopes.get(name, 0.0) - slope
         left, right = (part.value for part in parts)
         self.size = np.abs(left) + np.abs(right)
-        self.miss, self.noise = left - right, EPS * noise + EPS * more
+        self.miss, self.noise = left - right, rows.unit * noise + rows.unit * more
         self.terms = [np.abs(slope * rows.columns[name]) for name, slope in self.slopes.items()]
         self.moves = sum(self.terms, 0.0 * self.miss)
         rows.plain &= (
@@ -224,7 +251,21 @@ class _FamilySides:
                 np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS
             )
             accepted |= within & self._straddles(family, share)
-        return accepted | ((self.miss == 0.0) & (self.noise == 0.0))
+        accepted |= (self.miss == 0.0) & (self.noise == 0.0)
+        near = np.abs(self.miss) <= bound + ROUNDINGS * self.noise
+        open_to_more = self.rows.plain & ~accepted & near
+        if open_to_more.any() and _LongColumns.unit < self.rows.unit:
+            accepted[open_to_more] = self._hold_in_long_floats(family, open_to_more)
+        return accepted
+
+    def _hold_in_long_floats(self, family: Family, chosen: NDArray[np.bool_]) -> Any:
+        """The same of some rows in numbers with more digits; of none that these do not have."""
+        part = family._replace(numbers=family.numbers[:, chosen])
+        columns = {name: column[chosen] for name, column in self.rows.columns.items()}
+        rows = _LongColumns(columns, part.numbers, np.count_nonzero(chosen))
+        with suppress(Undefined):
+            return _FamilySides(part.first, rows).holds(part) & rows.plain
+        return False
 
     def _straddles(self, family: Family, share: Array) -> NDArray[np.bool_]:
         """Whether F changes sign as all values move along its slopes, and against them, by a share
@@ -237,7 +278,7 @@ class _FamilySides:
             for name, slope in self.slopes.items():
                 to = moved[name] + np.copysign(change * np.abs(moved[name]), change * slope)
                 moved[name] = np.where(slope != 0.0, to, moved[name])
-            rows = _Columns(moved, family.numbers, count)
+            rows = type(self.rows)(moved, family.numbers, count)
             found.append(rows.of(rule.left) - rows.of(rule.right))
             plain &= rows.plain & np.isfinite(found[-1])
         straddling: NDArray[np.bool_] = plain & (found[0] >= 0.0) & (found[1] <= 0.0)
@@ -253,6 +294,27 @@ def accepted(
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
+
+
+def long_residuals(
+    model: Model, equations: Sequence[Equation], values: Mapping[str, Any]
+) -> Array | None:
+    """The residuals (n,) of rules in long floats; None unless their rounding is certainly small
+    beside what rules admit."""
+    known = shapes(model).of(equations)
+    point = np.array([values[name] for name in known.names], dtype=np.longdouble)
+    found = np.zeros(len(equations), dtype=np.longdouble)
+    for family in known.families:
+        columns = dict(zip(family.first.names, point[family.columns], strict=True))
+        rows = _LongColumns(columns, family.numbers, len(family.places))
+        with np.errstate(all="ignore"), suppress(Undefined):
+            side = _FamilySides(family.first, rows)
+            admitted = np.maximum(BACKWARD * side.moves, EPS * side.gross)
+            if (rows.plain & (side.noise <= HIDDEN * admitted)).all():
+                found[family.places] = side.miss
+                continue
+        return None
+    return found
 
 
 def multiplied_out(model: Model, equations: Sequence[Equation], values: Values) -> Array:

@@ -19,8 +19,11 @@ from contextlib import suppress
 from enum import Enum, auto
 from typing import Any
 
+import numpy as np
+
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
+from solver.accuracy.alike import long_residuals
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import gross, sides
@@ -30,6 +33,7 @@ from solver.numerics.tolerances import (
     ASTRAY,
     BACKWARD,
     EPS,
+    FAST,
     ORDINARY,
     REFINED,
     SAFETY,
@@ -123,7 +127,8 @@ def check_root(
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
         if found.relative > ORDINARY * EPS:
-            sharp = sharp_root(problem, start, problem.sizes_at(start))
+            sharp = _settled(problem, start, found.errors)
+            sharp = sharp or sharp_root(problem, start, problem.sizes_at(start))
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
             there = problem.named(sharp)
@@ -153,6 +158,30 @@ def check_root(
     if not is_beside_pole(problem, there, Uncertainty(bars)):
         return RootCheck.STANDS, there
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
+
+
+def _settled(
+    problem: BlockProblem, start: Sequence[float], bars: Sequence[float]
+) -> list[float] | None:
+    """The end of steps of one Jacobian with residuals in long floats, if each is much shorter than
+    the one before and the last much shorter than the error bars."""
+    factor, before = problem.factor(start, problem.sizes_at(start)), 1.0 / FAST
+    x: Any = np.array(start, dtype=np.longdouble)
+    if factor.rank < factor.columns or not np.isfinite(bars).all():
+        return None
+    for _ in range(REFINEMENTS):
+        at = {**problem.here, **dict(zip(problem.unknowns, x, strict=True))}
+        misses = long_residuals(problem.graph.model, problem.kernel.equations, at)
+        if misses is None:
+            return None
+        step = factor.solution(misses.astype(float))
+        length = float((np.abs(step) / bars).max())
+        if not length <= FAST * before:
+            return None
+        x, before = x - step, length
+        if length <= FAST * FAST:
+            return [float(v) for v in x]
+    return None
 
 
 def _vanishes(problem: BlockProblem, x: Sequence[float]) -> bool:

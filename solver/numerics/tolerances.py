@@ -30,6 +30,9 @@ squared, as what slopes leave out is, it is below BACKWARD."""
 ROUNDINGS = 4
 """How many times the rounding of an evaluation may come out larger than to first order."""
 
+HIDDEN = 2.0**-6
+"""Share of what a rule admits that its rounding may be, for steps by residuals to count."""
+
 ASTRAY = 1e-6
 """The share of its terms by which a rule is missed at a candidate that is none, such as a zero of a
 squared rule: far more than what the rounding of a closed form leaves."""
