@@ -262,7 +262,7 @@ class _FamilySides:
         """The same of some rows in numbers with more digits; of none that these do not have."""
         part = family._replace(numbers=family.numbers[:, chosen])
         columns = {name: column[chosen] for name, column in self.rows.columns.items()}
-        rows = _LongColumns(columns, part.numbers, np.count_nonzero(chosen))
+        rows = _LongColumns(columns, part.numbers, int(chosen.sum()))
         with suppress(Undefined):
             return _FamilySides(part.first, rows).holds(part) & rows.plain
         return False
@@ -298,7 +298,7 @@ def accepted(
 
 def long_residuals(
     model: Model, equations: Sequence[Equation], values: Mapping[str, Any]
-) -> Array | None:
+) -> NDArray[np.longdouble] | None:
     """The residuals (n,) of rules in long floats; None unless their rounding is certainly small
     beside what rules admit."""
     known = shapes(model).of(equations)

@@ -6,15 +6,17 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from struct import pack, unpack
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
 from rulesheets.evaluate.gradient import BY_SIZE
 from rulesheets.functions import TABLE, named
-from rulesheets.model import Equation, Row, Values, once
+from rulesheets.model import Equation, Row, Values
 from rulesheets.syntax import nodes
 from solver.numerics.tolerances import BACKWARD, SAFETY, STEEP, UNIT_ROUNDOFF
+from solver.path.graph import MOST, Shape, shape_of
 
 MANY = 30
 """Rules up to which each is checked by itself, beyond it all at once (``alike.py``)."""
@@ -143,10 +145,14 @@ def gross(equation: Equation, values: Values) -> float:
         return math.inf
 
 
-@once
 def jumps(equation: Equation) -> bool:
     """Whether some function in the equation jumps."""
-    return any(call.function in _JUMPING for call in nodes.calls(*equation.sides))
+    return _has_jumps(shape_of(equation)[0])
+
+
+@lru_cache(MOST)
+def _has_jumps(shape: Shape) -> bool:
+    return any(call.function in _JUMPING for call in nodes.calls(shape.left, shape.right))
 
 
 def heights(equation: Equation) -> Iterator[tuple[str, nodes.Expression]]:

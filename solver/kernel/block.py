@@ -18,7 +18,7 @@ from solver.kernel.step import reach, window
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import CLEAR, UNCANCELLED
 from solver.path import Circle, ClosedForm, Coefficient, Formula, Let, Parabola, SolveBlock
-from solver.path.graph import ModelGraph, phases, shape_of
+from solver.path.graph import ModelGraph, phases, repeats, shape_of
 
 if TYPE_CHECKING:
     from solver.kernel.chain import Chain
@@ -140,9 +140,15 @@ class BlockKernel:
         return tuple(h for h in found if not unknowns.isdisjoint(nodes.names(h)))
 
     @cached_property
+    def _phases(self) -> list[Expression]:
+        """The arguments of periodic functions."""
+        rules = (rule for rule in self.equations if repeats(shape_of(rule)[0]))
+        return phases(*(side for rule in rules for side in rule.sides))
+
+    @cached_property
     def _inside(self) -> set[str]:
         """The names inside periodic functions."""
-        return set(nodes.names(*phases(*self.forms)))
+        return set(nodes.names(*self._phases))
 
     @cached_property
     def repeating(self) -> tuple[str, ...]:
@@ -155,9 +161,7 @@ class BlockKernel:
     def phases(self) -> list[Expression]:
         """The arguments of periodic functions in which these are."""
         unknowns = set(self.repeating)
-        return [
-            phase for phase in phases(*self.forms) if not unknowns.isdisjoint(nodes.names(phase))
-        ]
+        return [phase for phase in self._phases if not unknowns.isdisjoint(nodes.names(phase))]
 
     @cached_property
     def linear(self) -> bool:

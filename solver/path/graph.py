@@ -48,6 +48,8 @@ class Shape:
 MOST = 10_000
 """Shapes that are kept at a time, so that rules of one shape share it."""
 _INTERNED: dict[tuple[Expression, Expression], Shape] = {}
+_SHAPES: dict[tuple[Any, ...], Shape] = {}
+"""By the nodes of their rules, each before its parts."""
 
 
 @once
@@ -69,13 +71,30 @@ def occurrences(model: Model) -> tuple[tuple[int, ...], ...]:
 @once
 def shape_of(equation: Equation) -> tuple[Shape, Sequence[float]]:
     """The shape of a rule, and its numbers in the order of the text."""
-    names = {name: _shared_name(f"#{k}") for k, name in enumerate(equation.names)}
-    numbers: list[float] = []
-    left, right = equation.sides
-    sides = _blank(left, names, numbers), _blank(right, names, numbers)
-    if len(_INTERNED) >= MOST:
-        _INTERNED.clear()
-    return _INTERNED.setdefault(sides, Shape(*sides)), numbers
+    place = {name: k for k, name in enumerate(equation.names)}
+    numbers, key = list[float](), list[Any]()
+    node: Any
+    for node in walk(*equation.sides):
+        kind = type(node)
+        if kind is Name:
+            key.append(place[node.name])
+        elif kind is Number:
+            numbers.append(node.value)
+            key.append(kind)
+        elif kind is Power and type(node.exponent) is Number:
+            key.append((kind, node.exponent.value))
+        elif kind is Sum or kind is Call:
+            key.append((node.function if kind is Call else kind, len(node.parts)))
+        else:
+            key.append(node if kind is Symbol else kind)
+    if (shape := _SHAPES.get(known := tuple(key))) is None:
+        if len(_SHAPES) >= MOST:
+            _SHAPES.clear()
+            _INTERNED.clear()
+        names, count = {name: _shared_name(f"#{k}") for name, k in place.items()}, list[float]()
+        sides = [_blank(side, names, count) for side in equation.sides]
+        shape = _SHAPES[known] = _INTERNED.setdefault((sides[0], sides[1]), Shape(*sides))
+    return shape, numbers
 
 
 def _blank(side: Expression, names: dict[str, Name], numbers: list[float]) -> Expression:
@@ -249,7 +268,8 @@ class ModelGraph:
         """Angles without a range that a condition or an absolute value compares with something: a
         whole turn of them may make a difference, unless a function has them as its value."""
         required = (requirement.comparison for requirement in self.model.requirements)
-        sums = (side for rules in by_shape(self.model) for rule in rules for side in rule.sides)
+        choosing = (r for r in by_shape(self.model) if any(map(_chooses, walk(*r[0].sides))))
+        sums = (side for rules in choosing for rule in rules for side in rule.sides)
         chosen = (
             part for side in sums if is_angle_sum(side) for part in walk(side) if _chooses(part)
         )
@@ -354,6 +374,12 @@ def phases(*sides: Node) -> list[Expression]:
     return found + [call.arguments[0] for call in called if call.function in STEPS]
 
 
+@lru_cache(MOST)
+def repeats(shape: Shape) -> bool:
+    """Whether rules of a shape have such functions."""
+    return bool(phases(shape.left, shape.right))
+
+
 def _reads_angles(rule: Equation) -> bool:
     rows = (TABLE[call.function] for call in calls(*rule.sides))
     return any(row.turn or row.angle for row in rows)
@@ -421,7 +447,10 @@ def within_half_turns(number: float, turn: float) -> float:
 def is_angle_sum(*sides: nodes.Expression) -> bool:
     """Whether names, each a whole number of times, and numbers are only added up, compared or not:
     no evidence of angles, and harmless to them unless one of them is not an angle."""
-    for part in walk(*sides):
+    waiting = [*sides]
+    while waiting:
+        part = waiting.pop()
+        waiting += part.parts
         factors = (part.left, part.right) if isinstance(part, Product) else ()
         multiple = any(isinstance(one, Number) and one.value.is_integer() for one in factors)
         if not (multiple or isinstance(part, Name | Number | Negative | Sum) or _chooses(part)):
