@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -215,7 +215,7 @@ def _wrong_units(program: Program, inside: Nodes, units: Library) -> Iterator[Di
     """Numbers of rules, and figures, whose units are unknown."""
     figures, word = program.sheet.figures, len("figure")
     written = [(one.unit, one.span and one.span.part(0, word)) for one in figures]
-    written += ((one.unit, one.span) for one in inside if isinstance(one, Number))
+    written += ((one.unit, one.span) for one in inside if type(one) is Number and one.unit)
     for unit, place in written:
         try:
             unit_named(unit or "", place, units)
@@ -227,7 +227,7 @@ def _respelt(program: Program, inside: Nodes) -> Iterator[Diagnosis]:
     """A note on the first ``Pi`` that is read as the number."""
     values = walk(*(row.value for row in program.rows if row.value is not None))
     for node in (*inside, *values):
-        if isinstance(node, nodes.Call) and node.function == "pi" and node.span is not None:
+        if type(node) is nodes.Call and node.function == "pi" and node.span is not None:
             name = node.span.text[:2]
             if name != "pi":
                 message = f"{name} is read as pi, the number 3.14159…"
@@ -246,7 +246,7 @@ def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
         sure = closest(name, unread)
         near = sure or closest(name, alike)
         if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
-            every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
+            every = (body for rule in program.rules for body in bodies(rule.body))
             uses = [body for body in every if name in names(*body.parts)]
             if uses and (sure or len(uses) == 1):
                 place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
@@ -258,7 +258,7 @@ def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
 def _hidden(program: Program) -> Iterator[Diagnosis]:
     """A note on the first comment behind ``;`` that reads as a rule."""
     spans = [row.span for row in program.rows]
-    spans += [rule.span for rule in rules_of(program.sheet)]
+    spans += [rule.span for rule in program.rules]
     for span in filter(None, spans):
         if found := _HIDDEN.match(span.source.text, span.end):
             message = f"`{found[1].strip()}` is read as a comment: it follows a `;`"
@@ -279,7 +279,7 @@ _HIDDEN = re.compile(
 def _passed(program: Program) -> set[str]:
     """Names that the sheet's own rules only pass from results of calls to arguments of others."""
     results, arguments, used = set[str](), set[str](), set[str]()
-    every = (body for rule in rules_of(program.sheet) for body in bodies(rule.body))
+    every = (body for rule in program.rules for body in bodies(rule.body))
     for body in every if program.functions else ():
         for part in components(body, program.functions):
             if (
@@ -346,7 +346,7 @@ class Expansion:
         self.requirements: list[Requirement] = []
         self.names: dict[str, None] = {}
         self._called: list[tuple[nodes.Function, FullNames, tuple[Premise, ...]]] = []
-        self._body(program.sheet, FullNames("", {}, {}), ())
+        self._body(program.rules, FullNames("", {}, {}), ())
         for row in program.rows:  # the ends of ranges that name variables
             limits = row.range
             if limits is None or limits.span is None:
@@ -358,15 +358,15 @@ class Expansion:
                     self.requirements.append(Requirement(comparison, (), limits.span))
 
     def _body(
-        self, owner: nodes.RuleSheet | nodes.Function, scope: FullNames, guard: tuple[Premise, ...]
+        self, rules: Iterable[nodes.Rule], scope: FullNames, guard: tuple[Premise, ...]
     ) -> None:
         """The rules of a sheet or a function, each followed by those of its calls."""
-        for rule in rules_of(owner):
+        for rule in rules:
             place = rule.span or rule.body.span or _NOWHERE
             self._expand(rule.body, Context(scope, guard, place))
             called, self._called = self._called, []
-            for call in called:
-                self._body(*call)
+            for function, inside, premises in called:
+                self._body(rules_of(function), inside, premises)
 
     def _expand(self, body: nodes.RuleBody, context: Context) -> None:
         """Expand one rule. A stack holds the remaining arms: ``else if`` chains do not recurse."""
@@ -391,11 +391,11 @@ class Expansion:
                             self._equate(left, right, context)
                     case nodes.Inequality(comparisons):
                         for comparison in comparisons:
-                            bound = _exact(self._bind(comparison, context), rule)
+                            (bound,) = _exact(rule, self._bind(comparison, context))
                             self.requirements.append(Requirement(bound, guard, rule, scope.prefix))
                     case nodes.IfRule(condition, then, otherwise):
                         index = len(self.conditions)
-                        self.conditions.append(_exact(self._bind(condition, context), rule))
+                        self.conditions += _exact(rule, self._bind(condition, context))
                         for arm, holds in ((otherwise, False), (then, True)):
                             premises = (*guard, Premise(index, holds))
                             if arm is not None:
@@ -433,8 +433,8 @@ class Expansion:
 
     def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
         scope, guard, rule = context
-        sides = _exact(left, rule), _exact(right, rule)
-        equation = Equation(len(self.equations), *sides, guard, rule, scope.prefix)
+        left, right = _exact(rule, left, right)
+        equation = Equation(len(self.equations), left, right, guard, rule, scope.prefix)
         self.equations.append(equation)
         self.names |= dict.fromkeys(equation.names)
 
@@ -458,9 +458,9 @@ class Expansion:
         return rebuilt(node, tuple(bound))
 
 
-def _exact(part: Any, rule: Span) -> Any:
-    """A part of a rule with exact values of its constants, if its text may have any."""
+def _exact(rule: Span, *parts: Any) -> Any:
+    """Parts of a rule with exact values of its constants, if its text may have any."""
     text = (rule.text or "sin pi").lower()
     if "pi" not in text or not any(function in text for function in ("sin", "cos", "tan")):
-        return part
-    return with_round_values(part)
+        return parts
+    return map(with_round_values, parts)

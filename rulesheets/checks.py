@@ -78,19 +78,21 @@ class Scope:
         else:
             self.title = function.name
             self.declared = (*function.arguments, *function.results, *function.parameters)
-        every = [body for rule in rules_of(function or program.sheet) for body in bodies(rule.body)]
+        rules = program.rules if function is None else rules_of(function)
+        every = [body for rule in rules for body in bodies(rule.body)]
         self.size = len(every)
-        split = (components(body, program.functions) for body in every)
-        self.parts = [part for parts in split for part in parts]
+        self.parts = [part for body in every for part in components(body, program.functions)]
         self.every = list[nodes.Expression | nodes.Condition]()
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts:
             self.every += (inside := nodes.walk(*part.parts))
-            read = (node.name for node in inside if type(node) is nodes.Name)
-            self.places |= {name: part for name in read if name not in self.places}
+            for node in inside:
+                if type(node) is nodes.Name:
+                    self.places.setdefault(node.name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
-        kinds = nodes.Call, nodes.CallRule
-        calls = (one for one in (*self.parts, *self.every) if isinstance(one, kinds))
+        calls: list[nodes.CallRule | nodes.Call]
+        calls = [part for part in self.parts if isinstance(part, nodes.CallRule)]
+        calls += [node for node in self.every if type(node) is nodes.Call]
         self.calls = [(call, program.functions.get(call.function.lower())) for call in calls]
 
     def place(self, name: str) -> Span | None:
@@ -183,7 +185,8 @@ def check_builtin(
     call: nodes.Call | nodes.CallRule, own: Iterable[str] = (), variables: Iterable[str] = ()
 ) -> Iterator[Diagnosis]:
     """Check a call of a built-in function; ``own`` and ``variables`` may be suggested instead."""
-    name, place = call.function.lower(), name_in(call)
+    name = call.function.lower()
+    place = None if name in TABLE else name_in(call)
     if name in PLANNED:
         message = f"{call.function} works on lists, which are not supported yet"
         note = "write the terms out, as in `a + b + c`"

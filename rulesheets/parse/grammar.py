@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from functools import cache
 from itertools import starmap
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 from lark import Lark, Token, Transformer, v_args
 from lark.exceptions import UnexpectedCharacters, UnexpectedToken
@@ -296,7 +296,7 @@ class Grammar(threading.local):
 
     def __init__(self) -> None:
         self._builder = Builder()
-        self.forms: dict[str, Form | None] = {}
+        self.forms: dict[tuple[str, bytes], Form | None] = {}
         self._lark = self._parser("lines", KINDS)
         self._of_rows = self._parser("rows", ["row"], _before_a_unit)
 
@@ -344,27 +344,29 @@ grammar = cache(Grammar)
 """The grammar, compiled on first use."""
 
 
+def read_rule(source: Source, line: Line, place: Span) -> RuleBody:
+    """The node of a rule in this place; raises as ``read_line`` does."""
+    leaves = None
+    if len(source.text) > LONG and not source.variables_like_pi:
+        leaves = leaves_of(line.code)
+    if leaves is None:
+        return cast(RuleBody, read_line(source, line, "rule"))
+    # from the third of a form on, the tree of the second with other leaves
+    known = grammar().forms
+    if (form := known.get(leaves.key)) is not None:
+        return form(leaves.names, leaves.numbers, place)
+    node = read_line(source, line, "rule")
+    if len(known) >= MOST_FORMS:
+        known.clear()
+    known[leaves.key] = form_of(node, leaves) if leaves.key in known else None
+    return cast(RuleBody, node)
+
+
 def read_line(source: Source, line: Line, kind: str) -> Any:
     """The node of a line of this kind, a start rule of the grammar.
 
     Raises RuleSheetError with what is wrong. The shape of the line has been found right before.
     """
-    if kind != "rule" or len(source.text) <= LONG or source.variables_like_pi:
-        return _read(source, line, kind)
-    leaves, known = leaves_of(line.code), grammar().forms
-    if leaves is None:
-        return _read(source, line, "rule")
-    # from the third of a form on, the tree of the second with other leaves
-    if (form := known.get(leaves.key)) is not None:
-        return form(leaves, line.place(source))
-    node = _read(source, line, "rule")
-    if len(known) >= MOST_FORMS:
-        known.clear()
-    known[leaves.key] = form_of(node, leaves) if leaves.key in known else None
-    return node
-
-
-def _read(source: Source, line: Line, kind: str) -> Any:
     if STRANGE.search(line.code):
         refuse(strange_characters(source, line))
     try:

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any, NamedTuple, TypeAlias
 
 from rulesheets.diagnosis import Diagnosis, error_at
 from rulesheets.syntax import Source, Span
-from rulesheets.syntax.nodes import Equality, Name, Number, rebuilt, walk
+from rulesheets.syntax.nodes import Call, Equality, Name, Number, Sum, walk
 
 LONGEST = 200_000
 """Characters that a logical line may have; a longer one is refused unread."""
@@ -23,8 +24,13 @@ STRANGE = re.compile(r"[^\t\n\v\f\r -~]")
 """Characters that have no meaning in a rule, but for a few signs and letters."""
 
 _MARK = re.compile(r'["();]')
+_CLOSED = re.compile(r'(?:[^"();\n]++|\((?:[^"();\n]++|\([^"();\n]*+\))*+\))*+')
+"""What has no comment, and closes what it opens, up to two levels deep."""
 _GOES_ON = re.compile(r"(?:[-+*/^,=<>≤≥≠~]|\b(?:then|else|and|or|not))\Z", re.IGNORECASE)
-_CARRIES_ON = re.compile(r"[^\S\n]*(?:then|else)\b", re.IGNORECASE)
+_CARRIES_ON = re.compile(
+    r"""(?:[^\S\n]*(?:[";][^\n]*)?\n)*+()[^\S\n]*(?:then|else)\b""", re.IGNORECASE
+)
+"""``then`` or ``else`` on the next line with code, whose start is the group."""
 _USE = re.compile(r"\s*use\b", re.IGNORECASE)
 _PATH = re.compile(r'"[^"\n]*"(?=\s*(?:[,";]|$))', re.MULTILINE)
 _HEAD = re.compile(
@@ -64,8 +70,10 @@ class Line:
 
     def follow(self, text: str, start: int, end: int) -> int:
         """Follow the parentheses of the line of text ``[start, end)`` up to its comment."""
-        position = start
-        while found := _MARK.search(text, position, min(end, start + LONGEST)):
+        last = min(end, start + LONGEST)
+        closed = _CLOSED.match(text, start, last)
+        position = closed.end() if closed else start
+        while found := _MARK.search(text, position, last):
             place, position = found.start(), found.end()
             if found.group() == "(":
                 self.unclosed.append(place)
@@ -135,24 +143,13 @@ def _gather(text: str, start: int, gap: bool, through_parentheses: bool) -> tupl
         if _GOES_ON.search(text, max(line.end - 5, start), line.end):
             if not text[position : _line_end(text, position)].strip():
                 break
-        elif (taken := _carried_on(text, position)) < position:
+        elif found := _CARRIES_ON.match(text, position):
+            taken = found.start(1)
+        else:
             break
     line.code = "\n".join(code)[: line.end - start]
     line.comment = "; ".join(filter(None, comments)) if comments else None
     return line, position
-
-
-def _carried_on(text: str, position: int) -> int:
-    """The start of the next line with code if that is ``then`` or ``else``; otherwise -1."""
-    while position < len(text):
-        if _CARRIES_ON.match(text, position):
-            return position
-        end = _line_end(text, position)
-        line = text[position:end].lstrip()
-        if line and line[0] not in '";':
-            return -1
-        position = end + 1
-    return -1
 
 
 def wrong_shape(source: Source, line: Line) -> Diagnosis | None:
@@ -183,13 +180,13 @@ _NAME = (
     r"(?!(?=[iteconapITECONAP])(?i:if|then|else|call|and|or|not|pi)\b)"
     r"[a-zA-Z_][a-zA-Z_0-9]*+(?!\w|\s*\()"
 )
-_LEAF = re.compile(rf"(?<![\w.])(?:({_NAME})|({_NUMBER}))")
+_LEAF = re.compile(rf"(?=[\w.])(?<![\w.])(?:({_NAME})|({_NUMBER}))")
 
 
 class Leaves(NamedTuple):
     """A line: the ``key`` that determines its tree, and its names and numbers in order."""
 
-    key: str
+    key: tuple[str, bytes]
     names: list[str]
     numbers: list[float]
 
@@ -199,19 +196,18 @@ def leaves_of(code: str) -> Leaves | None:
     if len(code) > LONGEST_OF_A_FORM:
         return None
     parts = _LEAF.split(code)
-    names = [name for name in parts[1::3] if name]
-    written = [number for number in parts[2::3] if number]
+    names, written = (list(filter(None, found)) for found in (parts[1::3], parts[2::3]))
     numbers = list(map(float, written))
     if math.inf in numbers:
         return None
-    if any(not number and text.strip("0.") for number, text in zip(numbers, written, strict=True)):
-        return None
-    parts[1::3] = [name and "@" for name in parts[1::3]]
-    parts[2::3] = [number and "#" for number in parts[2::3]]
-    return Leaves("".join(filter(None, parts)), names, numbers)
+    if 0.0 in numbers:
+        pairs = zip(numbers, written, strict=True)
+        if any(not number and text.strip("0.") for number, text in pairs):
+            return None
+    return Leaves(("@".join(parts[::3]), bytes(map(bool, parts[1::3]))), names, numbers)
 
 
-Form: TypeAlias = Callable[[Leaves, Span], Equality]
+Form: TypeAlias = Callable[[Sequence[str], Sequence[float], Span], Equality]
 """Makes rules that differ in names and numbers only, all of each in the place of the rule."""
 
 
@@ -226,24 +222,24 @@ def form_of(first: object, leaves: Leaves) -> Form | None:
     leaf_kinds = len(first.parts), kinds.count(Name), kinds.count(Number)
     if leaf_kinds != (2, len(leaves.names), len(leaves.numbers)):
         return None
-    left, right = _maker(first.left[0]), _maker(first.right[0])
+    lines, counts = list[str](), {Name: count(), Number: count()}
+    left, right = (_written(side[0], lines, counts) for side in (first.left, first.right))
+    body = "\n    ".join([*lines, f"return Equality(({left},), ({right},), span)"])
+    made: dict[str, Any] = {kind.__name__: kind for kind in (Equality, *kinds)}
+    exec(f"def made(names, numbers, span):\n    {body}", made)
+    form: Form = made["made"]
+    return form if form(leaves.names, leaves.numbers, first.span) == first else None
 
-    def made(own: Leaves, span: Span) -> Equality:
-        inside = iter(own.names), iter(own.numbers), span
-        return Equality((left(*inside),), (right(*inside),), span)
 
-    return made if made(leaves, first.span) == first else None
-
-
-def _maker(node: Any) -> Callable[..., Any]:
-    """Makes the tree of a node from names and numbers in order, and its place."""
-    if isinstance(node, Name):
-        return lambda names, _, span: Name(next(names), span)
-    if isinstance(node, Number):
-        return lambda _, numbers, span: Number(next(numbers), span)
-    inside = [_maker(part) for part in node.parts]
-
-    def made(names: Iterator[str], numbers: Iterator[float], span: Span) -> Any:
-        return rebuilt(node, tuple([make(names, numbers, span) for make in inside]), span)
-
-    return made
+def _written(node: Any, lines: list[str], counts: Mapping[type, Iterator[int]]) -> str:
+    """A variable for a node; ``lines`` of Python make it and its parts."""
+    kind, parts = type(node), [_written(part, lines, counts) for part in node.parts]
+    listed = "".join(f"{part}, " for part in parts)
+    if kind in counts:
+        made = f"{'names' if kind is Name else 'numbers'}[{next(counts[kind])}], "
+    else:
+        made = f"{node.function!r}, ({listed}), " if kind is Call else listed
+    if kind is Sum:
+        made = f"({listed}), "
+    lines.append(f"t{len(lines)} = {kind.__name__}({made}span)")
+    return f"t{len(lines) - 1}"

@@ -9,7 +9,7 @@ from typing import Any
 
 from rulesheets.checks import MARK_SHAPE
 from rulesheets.diagnosis import Diagnosis, RuleSheetError, error_at, refusal, refuse
-from rulesheets.parse.grammar import read_line
+from rulesheets.parse.grammar import read_line, read_rule
 from rulesheets.parse.layout import Line, logical_lines, wrong_shape
 from rulesheets.parse.mistakes import contents, misspelt_head, unknown_section
 from rulesheets.syntax import Source, Span, nodes
@@ -116,7 +116,7 @@ class _Reading:
             kind = "row" if section == "variables" else "mark"
             node = read_line(self.source, line, kind).but(comment=comment, gap=line.gap)
         else:
-            node = nodes.Rule(read_line(self.source, line, "rule"), comment, span, line.gap)
+            node = nodes.Rule(read_rule(self.source, line, span), comment, span, line.gap)
         self._lines.append(node)
         if section in ("function", "figure"):
             self.blocks[-1].end, self.blocks[-1].begun = line.end, True
@@ -132,8 +132,9 @@ class _Reading:
 
     def _place_comments(self) -> None:
         """Put waiting comment lines into the current section."""
-        (self._lines if self._begun() else self.comments).extend(self.waiting)
-        self.waiting = []
+        if self.waiting:
+            (self._lines if self._begun() else self.comments).extend(self.waiting)
+            self.waiting = []
 
     def _above(self, line: Line) -> tuple[nodes.CommentLine, ...]:
         """Take out the waiting comment lines directly above a section head."""

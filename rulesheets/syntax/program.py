@@ -31,6 +31,11 @@ class Program:
         rows = (row for row in self.sheet.variables or () if isinstance(row, nodes.VariableRow))
         return tuple(row for row in rows if _setting(row.name, row.value) is None)
 
+    @cached_property
+    def rules(self) -> tuple[nodes.Rule, ...]:
+        """The rules of the sheet itself."""
+        return tuple(rules_of(self.sheet))
+
     @property
     def limits(self) -> bool:
         """Whether the sheet has ``limits = yes``, in its variables section or among its rules."""
@@ -80,9 +85,9 @@ def components(
     ``(x, y) = f(a)`` and ``x = f(a)`` are calls of f with these results. Sides of different length
     that no call explains are returned unchanged.
     """
-    if not isinstance(rule, nodes.Equality):
-        return (rule,)
-    if len(rule.left) == len(rule.right) == 1 and not functions:
+    if not isinstance(rule, nodes.Equality) or (
+        not functions and len(rule.left) == len(rule.right) == 1
+    ):
         return (rule,)
     if len(rule.left) == len(rule.right):
         parts: list[nodes.RuleBody] = []
