@@ -7,6 +7,7 @@ from contextlib import suppress
 from copy import copy
 from dataclasses import dataclass
 from functools import partial
+from itertools import repeat
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -17,7 +18,7 @@ from rulesheets.evaluate.digits import context, extended_derivatives
 from rulesheets.model import Equation
 from rulesheets.syntax.nodes import Expression, walk
 from solver.accuracy.rule_check import in_decimals
-from solver.accuracy.rule_sides import gross, half_unit
+from solver.accuracy.rule_sides import gross, half_unit, perturbation
 from solver.numerics.elimination import Singular, eliminate_rows
 from solver.numerics.linear_algebra import are_alike
 from solver.numerics.tolerances import CLOSE, FOLD, REFINED, SMALL, SPARE, SUSPECT
@@ -274,24 +275,27 @@ class _Reduction:
                 return self.mu, rise[n]
         raise Singular("no point of the curve is reached")
 
-    def _fuzz(self) -> Any:
+    def _fuzz(self) -> float:
         """The change of μ as the known values move by half a unit of their last places."""
-        known = self.system.known
-        values = {name: float(v) for name, v in {**known, **self.system.point(self.x)}.items()}
-        slopes = [derivatives(form, values)[1] for form in self.system.forms]
-        units = {name: unit for name in known if (unit := half_unit(values[name]))}
-        columns = [
-            [*(self.mp.mpf(s.get(name, 0.0)) for s in slopes), self.mp.zero] for name in units
-        ]
-        moved = self._bordered(self.system.linearised(self.x)[0], *columns) if columns else []
-        return sum(unit * abs(x[-1]) for unit, x in zip(units.values(), moved, strict=True))
+        system, n = self.system, len(self.start)
+        values = {n: float(v) for n, v in {**system.known, **system.point(self.x)}.items()}
+        # the share of every rule in μ
+        columns = zip(*self._matrix(system.linearised(self.x)[0]), strict=True)
+        last = [*[self.mp.zero] * n, self.mp.one]
+        shares = eliminate_rows([dict(enumerate(column)) for column in columns], [last], self.tiny)
+        rules = zip(map(float, shares[0]), system.forms, repeat(values), strict=False)
+        return perturbation(rules, {name: half_unit(values[name]) for name in system.known}, 0.0)
+
+    def _matrix(self, jacobian: Sequence[Sequence[Any]]) -> list[list[Any]]:
+        rows = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]
+        return [*rows, [*self.along, self.mp.zero]]
 
     def _bordered(
         self, jacobian: Sequence[Sequence[Any]], *columns: Sequence[Any]
     ) -> list[list[Any]]:
         """The solution of the bordered system for these right-hand sides. Raises Singular."""
-        rows = [dict(enumerate([*row, u])) for row, u in zip(jacobian, self.across, strict=True)]
-        return eliminate_rows([*rows, dict(enumerate(self.along))], columns, self.tiny)
+        rows = [dict(enumerate(row)) for row in self._matrix(jacobian)]
+        return eliminate_rows(rows, columns, self.tiny)
 
     def _extreme(self) -> tuple[Any, Any, Any] | None:
         """The zero of the slope of μ, by the secant method, with the curvature and μ there."""

@@ -21,7 +21,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined
 from rulesheets.model import Equation, Model, Values
-from solver.accuracy.rule_sides import MANY, sides, uncertainty
+from solver.accuracy.rule_sides import MANY, perturbation, sides
 from solver.accuracy.rule_sides import size as moved
 from solver.facts import DoubleRoot
 from solver.numerics.linear_algebra import Array, as_matrix, factorise, sparse_matrix
@@ -150,7 +150,7 @@ class _Propagation:
         if self.held:
             size = min(size, BACKWARD * moved(equation, self.values))
         if not self.rounds:
-            size = uncertainty(equation.form, self.values, {})
+            size = perturbation([(1.0, equation.form, self.values)], {})
         off = size * _signs(equation.index) if size else NONE
         for name, slope in slopes.items():
             known = self.errors.get(name)

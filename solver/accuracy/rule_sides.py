@@ -4,7 +4,7 @@ numbers leave open."""
 from __future__ import annotations
 
 import math
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from struct import pack, unpack
@@ -239,19 +239,23 @@ def with_named_numbers(expression: nodes.Expression, numbers: dict[str, float]) 
     return nodes.map_leaves(expression, named)
 
 
-def uncertainty(expression: nodes.Expression, values: Values, known: Mapping[str, float]) -> float:
-    """The possible error of an expression if its numbers, by name, have the errors ``known``.
-
-    Its own numbers have errors in their last places. Infinite if a slope has no value.
-    """
-    numbers: dict[str, float] = {}
-    named = with_named_numbers(expression, numbers)
-    if not (numbers or known):
-        return 0.0
+def perturbation(
+    parts: Iterable[tuple[float, nodes.Expression, Values]],
+    known: Mapping[str, float],
+    slack: float = 1.0,
+) -> float:
+    """How far a sum of expressions, each with a factor and values of its own, moves to first order
+    if numbers have the errors ``known``, by name, and those in the expressions errors of ``slack``
+    half units of their last places. Infinite if a slope has no value."""
+    total, off = dict[str, float](), dict(known)
     try:
-        slopes = derivatives(named, {**values, **numbers})[1]
+        for factor, expression, values in parts:
+            numbers = dict[str, float]()
+            named = with_named_numbers(expression, numbers)
+            off |= {name: slack * half_unit(number) for name, number in numbers.items()}
+            for name, slope in derivatives(named, {**values, **numbers})[1].items():
+                total[name] = total.get(name, 0.0) + factor * slope
     except Undefined:
         return math.inf
-    off = {**known, **{name: half_unit(number) for name, number in numbers.items()}}
-    total = sum(abs(slope) * off[name] for name, slope in slopes.items() if off.get(name))
-    return math.inf if math.isnan(total) else total
+    far = sum(abs(slope) * off[name] for name, slope in total.items() if off.get(name))
+    return math.inf if math.isnan(far) else far

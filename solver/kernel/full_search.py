@@ -32,7 +32,7 @@ from solver.numerics.box_search import (
     branch_and_prune,
     spread,
 )
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, equilibrated
 from solver.numerics.newton import STANDARD_LIMITS, TRUST_REGIONS, NewtonLimits, newton, scipy_root
 from solver.numerics.tolerances import EPS, FREE, MOVED, SAME_END, SMALL
 
@@ -287,12 +287,8 @@ class _FreeCurve:
     def _scaled(self, x: Array) -> tuple[Array, Array, Array]:
         """The Jacobian in units of the unknowns and of the rules, and these units."""
         weight = self._weight(x)
-        matrix = np.array(self.problem.jacobian(x.tolist()), dtype=float) * weight
-        rows = abs(matrix).max(axis=1)
-        if not np.isfinite(rows).all():
-            raise ValueError("a slope is infinite")
-        rows = np.where(rows > 0.0, rows, 1.0)
-        return matrix / rows[:, None], weight, rows
+        matrix, rows = equilibrated(self.problem.jacobian(x.tolist()), weight)
+        return matrix, weight, rows
 
     def through(self, x: Array) -> BlockOutcome | None:
         """The free unknowns along every direction in which all rules continue to hold."""

@@ -17,18 +17,18 @@ from typing import Any
 
 import numpy as np
 
-from rulesheets.evaluate import Undefined, derivatives, rounded_derivatives, value
-from rulesheets.model import Value, Values
+from rulesheets.evaluate import Undefined, rounded_derivatives, value
+from rulesheets.model import Values
 from rulesheets.syntax import nodes
 from rulesheets.syntax.nodes import Expression
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import check_rule
-from solver.accuracy.rule_sides import half_unit, uncertainty, with_named_numbers
+from solver.accuracy.rule_sides import perturbation
 from solver.facts import BeyondFloats, Conflict, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome
 from solver.kernel.problem import BlockProblem, InputErrors
 from solver.numerics.elimination import EXACT_LIMIT, LinearOutcome, solve_linear
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, equilibrated
 from solver.numerics.newton import newton
 from solver.numerics.tolerances import (
     CANCELLED,
@@ -50,31 +50,20 @@ class Perturbed:
     last places."""
 
     def __init__(self, problem: BlockProblem, off: Mapping[str, float], slack: float) -> None:
-        self.problem = problem
-        self.off = off if slack == 1.0 else {name: slack * error for name, error in off.items()}
-        numbers: dict[str, float] = {}
-        self.forms = [with_named_numbers(form, numbers) for form in problem.kernel.forms]
-        known = {n: v for n, v in problem.here.items() if isinstance(v, float)}
-        self.at: dict[str, Value] = {**known, **numbers, **dict.fromkeys(problem.unknowns, 0.0)}
-        own = {name: slack * half_unit(number) for name, number in numbers.items()}
-        own |= {name: error for name, error in self.off.items() if name in known}
-        self.moves = {name: error for name, error in own.items() if error}
+        self.problem, self.slack = problem, slack
+        self.off = {name: slack * error for name, error in off.items()}
 
     def reach(self, w: Sequence[float], z: Sequence[float]) -> float:
         """How far w·A z, which is w·(F(z) - F(0)) of linear rules F, moves to first order as every
-        number moves within its error; nan if that is unknown."""
-        there = {**self.at, **dict(zip(self.problem.unknowns, z, strict=True))}
-        far = dict.fromkeys(self.moves, 0.0)
-        try:
-            for share, form in zip(w, self.forms, strict=True):
-                for sign, at in ((share, there), (-share, self.at)):
-                    for name, slope in derivatives(form, at)[1].items():
-                        if name in far:
-                            far[name] += sign * slope
-        except Undefined:
-            return math.nan
-        total = sum(abs(moved * self.moves[name]) for name, moved in far.items())
-        return total if total < math.inf else math.nan
+        number moves within its error; infinite if that is unknown."""
+        here, forms = self.problem.here, self.problem.kernel.forms
+        there, zeros = self.problem.named(z), dict.fromkeys(self.problem.unknowns, 0.0)
+        parts = [
+            (sign * share, form, {**here, **point})
+            for sign, point in ((1.0, there), (-1.0, zeros))
+            for share, form in zip(w, forms, strict=True)
+        ]
+        return perturbation(parts, self.off, self.slack)
 
     def holds(self, point: Mapping[str, float]) -> bool:
         """Whether the rule check accepts every equation, or errors of the known numbers explain the
@@ -88,7 +77,7 @@ class Perturbed:
         rules = zip(misses, problem.kernel.forms, problem.kernel.equations, strict=True)
         return all(
             abs(miss)
-            <= uncertainty(form, everything, self.off) + _noise(form, everything)
+            <= perturbation([(1.0, form, everything)], self.off) + _noise(form, everything)
             < math.inf
             or check_rule(equation, everything).holds
             for miss, form, equation in rules
@@ -217,7 +206,7 @@ class _NearlySingular:
                 for a, q in zip(row, z, strict=True)
                 if a
             )
-            if float(abs(sum(terms, exact(0.0)))) <= moved.reach(w, z) + least:
+            if float(abs(sum(terms, exact(0.0)))) <= moved.reach(w, z) + least < math.inf:
                 size = max(map(abs, z))
                 found.append([q / size for q in z])
         return found
@@ -381,8 +370,7 @@ def stays_deficient(problem: BlockProblem, point: Mapping[str, float]) -> bool:
 
 def _rank(jacobian: Array, share: float) -> tuple[int, Array]:
     """The rank of a matrix with its rows equilibrated, and its right singular vectors."""
-    size = np.abs(jacobian).max(axis=1, keepdims=True)
-    _, values, right = np.linalg.svd(jacobian / np.where(size > 0.0, size, 1.0))
+    _, values, right = np.linalg.svd(equilibrated(jacobian, np.ones(jacobian.shape[1]))[0])
     return int((values > share * values[0]).sum()), right
 
 

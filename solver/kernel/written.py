@@ -9,9 +9,8 @@ from fractions import Fraction
 from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
 from rulesheets.evaluate.number import shortened
 from rulesheets.model import Values
-from rulesheets.syntax.nodes import Expression, substitute
+from rulesheets.syntax.nodes import Expression
 from solver.path import (
-    TARGET,
     Evaluate,
     Isolation,
     SolveBlock,
@@ -79,12 +78,7 @@ class WrittenNumbers:
 
 def led_to(isolation: Isolation, stages: tuple[Stage, ...]) -> Expression | None:
     """What some stages lead to, None if there may be several values."""
-    target: Expression = isolation.start
-    if isolation.quadratic is not None:
+    if any(stage.period is not None for stage in stages):
         return None
-    for stage in stages:
-        form, *others = stage.forms
-        if others or stage.period is not None:
-            return None
-        target = substitute(form, {TARGET.name: target})
-    return target
+    found = isolation._replace(stages=stages).forms()
+    return found[0] if len(found) == 1 else None

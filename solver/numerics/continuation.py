@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from rulesheets.deadline import expect_time
-from solver.numerics.linear_algebra import Array
+from solver.numerics.linear_algebra import Array, equilibrated
 from solver.numerics.tolerances import EPS, FLAT_TANGENT, HOME, MEETING, ON_CURVE, TURNING
 
 
@@ -83,13 +83,9 @@ def point_at(problem: Problem, z: Array, along: Array, arc: float = 0.0) -> Curv
     Allgower & K. Georg, *Introduction to Numerical Continuation Methods*, 2003, chapters 2 and 8).
     """
     try:
-        matrix = problem.jacobian(z) * problem.scale
+        matrix, _ = equilibrated(problem.jacobian(z), problem.scale)
     except (ArithmeticError, ValueError):
         return None
-    sizes = np.abs(matrix).max(axis=1, initial=0.0)
-    if not (np.isfinite(sizes).all() and sizes.all()):
-        return None
-    matrix = matrix / sizes[:, None]
     tangent = np.ones(1)
     if len(matrix):
         _, singular, right = np.linalg.svd(matrix)
@@ -136,12 +132,10 @@ def stepped(problem: Problem, here: CurvePoint, length: float) -> CurvePoint | N
         if not (np.isfinite(values).all() and np.isfinite(matrix).all()):
             raise OutOfDomain
         bordered = np.vstack([matrix, here.tangent])  # F, and the distance from the plane
-        sizes = np.abs(bordered).max(axis=1)
-        if not sizes.all():
-            return None
+        scaled, sizes = equilibrated(bordered, np.ones(len(z)))
         off = here.tangent @ ((z - ahead) / problem.scale)
         try:
-            move = np.linalg.solve(bordered / sizes[:, None], -np.append(values, off) / sizes)
+            move = np.linalg.solve(scaled, -np.append(values, off) / sizes)
         except np.linalg.LinAlgError:
             return None
         size = float(np.linalg.norm(move))

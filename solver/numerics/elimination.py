@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from solver.numerics.linear_algebra import Array, factorise
+from solver.numerics.linear_algebra import Array, equilibrated, factorise
 from solver.numerics.tolerances import CONSISTENT, INDEPENDENT, MOVES, NULL_ENTRY
 
 
@@ -38,9 +38,7 @@ def independent_rows(matrix: Any, scale: Any, share: float = INDEPENDENT) -> Ind
     solutions by Householder transformations", 1965). ``scale`` (n,) are the magnitudes of the
     unknowns; ``share`` is that of the largest pivot below which a row adds nothing.
     """
-    a = np.asarray(matrix, dtype=float) * np.asarray(scale, dtype=float)
-    sizes = np.abs(a).max(axis=1, initial=0.0)
-    a = a / np.where(sizes > 0, sizes, 1.0)[:, None]
+    a, _ = equilibrated(np.asarray(matrix, dtype=float), scale)
     columns = np.abs(a).max(axis=0, initial=0.0)
     a = a / np.where(columns > 0, columns, 1.0)
     if not a.size:
@@ -277,9 +275,8 @@ def _contradiction(a: Array, b: Array, rank: int) -> LinearOutcome | None:
 
     None if the residual is at most rounding.
     """
-    rows = np.abs(a).max(axis=1, initial=0.0)
-    rows = np.where(rows > 0.0, rows, 1.0)
-    left = np.linalg.svd(a / rows[:, None])[0][:, rank:]
+    scaled, rows = equilibrated(a, np.ones(a.shape[1]))
+    left = np.linalg.svd(scaled)[0][:, rank:]
     out = left.T @ (b / rows)
     if not (np.abs(out) > CONSISTENT * (np.abs(left).T @ np.abs(b / rows))).any():
         return None

@@ -187,6 +187,18 @@ def row_sizes(matrix: Any, column_weights: Any) -> Array:
     return sizes
 
 
+def equilibrated(matrix: Any, column_weights: Any) -> tuple[Array, Array]:
+    """A matrix (m, n) in units of its columns, rows divided by their largest entries, and these
+    (m,), 1 for a row of zeros. Raises OverflowError if a number is not finite."""
+    with np.errstate(all="ignore"):
+        scaled = as_matrix(matrix, len(column_weights)) * column_weights
+        sizes = np.abs(scaled).max(axis=1, initial=0.0)
+    if not np.isfinite(sizes).all():
+        raise OverflowError("a number is not finite")
+    sizes = np.where(sizes > 0.0, sizes, 1.0)
+    return scaled / sizes[:, None], sizes
+
+
 def null_direction(matrix: Any, x: Sequence[float]) -> tuple[float, ...]:
     """The direction (n,), its largest part ± 1, along which A x changes least in units scaled by
     |x|; all ones for a large sparse matrix.
@@ -199,12 +211,10 @@ def null_direction(matrix: Any, x: Sequence[float]) -> tuple[float, ...]:
         if len(x) > MOST_DENSE:
             return (1.0,) * len(x)
         matrix = matrix.toarray()
-    with np.errstate(all="ignore"):
-        scaled = as_matrix(matrix, len(x)) * scale
-        sizes = np.abs(scaled).max(axis=1)
-    if not np.isfinite(sizes).all():  # what overflows is refused
-        return (1.0,) * len(scale)
-    direction = np.linalg.svd(scaled / np.where(sizes > 0.0, sizes, 1.0)[:, None])[2][-1] * scale
+    try:
+        direction = np.linalg.svd(equilibrated(matrix, scale)[0])[2][-1] * scale
+    except OverflowError:
+        return (1.0,) * len(x)
     return tuple((direction / np.abs(direction).max()).tolist())
 
 

@@ -15,14 +15,14 @@ from functools import partial
 from itertools import chain, repeat
 from typing import Any
 
-from rulesheets.evaluate import Undefined, derivatives, value
+from rulesheets.evaluate import Undefined, value
 from rulesheets.evaluate.digits import context, extended
 from rulesheets.model import Equation, Row, Value, Values
 from rulesheets.syntax.nodes import Comparison, Expression, names
 from solver.accuracy.digits import DigitWork, ManyDigits, Unresolved, null_vectors, resolve_fold
 from solver.accuracy.forward_error import forward_errors
 from solver.accuracy.rule_check import absorbs, check_rule
-from solver.accuracy.rule_sides import gross, half_unit, sides, uncertainty
+from solver.accuracy.rule_sides import gross, half_unit, perturbation, sides
 from solver.derivatives.linearization import kinks
 from solver.facts import Attempt, Beside, DoubleRoot, Method, NoRoot, RestsOnRounding
 from solver.kernel.block import kernel_of
@@ -168,11 +168,8 @@ class _PreciseSearch(PathSearch):
             return same
         sides, known = (comparison.left, comparison.right), _known(branch)
         left, right = (extended(side, known, self.digits) for side in sides)
-        moved = self._off(branch)
-        slopes = [derivatives(side, branch.values)[1].items() for side in sides]
-        reach = sum(
-            abs(slope) * moved[name] for row in slopes for name, slope in row if moved.get(name)
-        )
+        parts = [(sign, side, branch.values) for sign, side in zip((1.0, -1.0), sides, strict=True)]
+        reach = perturbation(parts, self._off(branch))
         near = 10.0 ** (SPARE - self.digits) * max(abs(left), abs(right))
         return bool(abs(left - right) <= reach + near)
 
@@ -244,7 +241,8 @@ class _PreciseSearch(PathSearch):
         for stage in isolation.stages if isolation else ():
             if stage.divisor is not None and TARGET.name not in names(stage.divisor):
                 number = value(stage.divisor, branch.values)
-                if 0.0 < abs(number) <= uncertainty(stage.divisor, branch.values, moved) < math.inf:
+                part = 1.0, stage.divisor, branch.values
+                if 0.0 < abs(number) <= perturbation([part], moved) < math.inf:
                     return True
         return False
 
