@@ -18,8 +18,8 @@ from functools import partial
 from typing import Any
 
 from rulesheets.evaluate import Undefined, holds
-from rulesheets.functions import named
-from rulesheets.model import Row, Value, Variable
+from rulesheets.functions import TABLE, named
+from rulesheets.model import Equation, Row, Value, Variable
 from rulesheets.syntax.nodes import Comparison, Or, Quotient, names, walk
 from solver.accuracy.rule_check import check_rule
 from solver.facts import (
@@ -34,7 +34,7 @@ from solver.facts import (
 )
 from solver.kernel.block import kernel_of
 from solver.leaves import Leaf, different
-from solver.path import SolveBlock, activity, known_rules
+from solver.path import Isolation, SolveBlock, activity, known_rules
 from solver.path.cases import MEANING
 from solver.ranking.ranking import Ranking
 from solver.trace.flow import Numbers
@@ -84,8 +84,9 @@ class Recording(StepRecording):
             try:
                 self._watch(start, leaf)
             except (NotCompilable, KeyError):
-                # at other rows another case may have an answer, but hardly one of an equality
-                if leaf.branch.signs not in cases and not leaf.branch.on_boundary:
+                # at other rows it may have an answer, but hardly one of an equality
+                other = leaf.branch.signs not in cases or any(map(_is_sided, leaf.branch.reasons))
+                if other and not leaf.branch.on_boundary:
                     raise NotCompilable from None
         self._keep_usual()
         ranked = None
@@ -331,6 +332,7 @@ class Recording(StepRecording):
         branch.inactive = {}
         state = self._on(self._steps(start.fork(), replace(leaf, branch=branch), within=False))
         impossible = [self._impossible(state, why, leaf) for why in leaf.branch.reasons[:stops]]
+        self._hold(state, sorted(state.used - state.decided.keys()))
         if not all(map(self._numbers, (*state.checks, *impossible))):
             raise NotCompilable
         self._guard(*state.checks, *impossible)
@@ -366,6 +368,8 @@ class Recording(StepRecording):
         match fact:
             case NoValue(equation, unknown, _, False):
                 self._use(state, (equation,))
+                if self._is_fixed(state, fact):
+                    return self.flow.true
                 return self._no_value(state, equation, unknown)
             case NoRoot(equations, unknowns, True):
                 self._use(state, equations)
@@ -387,9 +391,33 @@ class Recording(StepRecording):
         raise NotCompilable
 
     def _no_value(self, state: State, equation: int, unknown: str) -> int:
-        """A target clearly outside of the image of the operation that is undone."""
+        """A target clearly outside of the image of the operation that is undone; or what this leads
+        to clearly breaks the rule."""
         isolation = self._isolation(equation, unknown)
         self._expect_known(state, equation, unknown)
+        before = state.checks.copy()
+        with suppress(NotCompilable):
+            return self._outside_image(state, equation, isolation)
+        state.checks[:] = before
+        rule = self.model.equations[equation]
+        return self.flow.over(
+            "and",
+            [
+                self._refuted(replace(state, values={**state.values, unknown: node}), rule)
+                for node in self._preimages(state, isolation)
+            ],
+        )
+
+    def _refuted(self, state: State, rule: Equation) -> int:
+        """The condition that a rule has no value, or is clearly broken."""
+        before = state.checks.copy()
+        broken = self._broken(state, rule)
+        if all(map(self._numbers, (broken, *state.checks[len(before) :]))):
+            return broken
+        state.checks[:] = before
+        return self._undefined(self._miss(state, rule, *rule.sides))
+
+    def _outside_image(self, state: State, equation: int, isolation: Isolation) -> int:
         if isolation.quadratic is not None:
             before = state.checks.copy()
             root = self._preimages(state, isolation)[0]
@@ -422,15 +450,21 @@ class Recording(StepRecording):
         return flow.add("or", below, flow.add("lt", flow.add("add", float(high), margin), node))
 
     def _undefined(self, target: int) -> int:
-        """The condition that an operation has no value: a root or power of a negative number."""
+        """The condition that an operation has no value: its argument is outside its domain."""
         flow = self.flow
         for node in computed_from(flow, [target]):
-            kind, *parts = flow.nodes[node]
-            if kind in ("pow", "sqrt") and math.isnan(self._numbers(node)):
-                margin = ROUNDINGS * self._numbers.error(int(parts[0]))
-                negative = flow.add("lt", int(parts[0]), -margin)
-                if self._numbers(negative) is True:
-                    return negative
+            match flow.nodes[node]:
+                case ("pow" | "sqrt", argument, *_):
+                    low, high = 0.0, math.inf
+                case ("call", function, argument):
+                    low, high = TABLE[str(function)].domain
+                case _:
+                    continue
+            margin = flow.constant(ROUNDINGS * self._numbers.error(int(argument)))
+            ends = max(low, -1e300), min(high, 1e300)
+            outside = self._outside(int(argument), *ends, margin)
+            if math.isnan(self._numbers(node)) and self._numbers(outside) is True:
+                return outside
         raise NotCompilable
 
     def _expect_known(self, state: State, equation: int, unknown: str) -> None:
@@ -464,8 +498,6 @@ class Recording(StepRecording):
         variable = self.model.variables[unknown]
         isolation = self._isolation(equation, unknown)
         self._expect_known(state, equation, unknown)
-        if isolation.period is not None:
-            raise NotCompilable
         return self.flow.over(
             "and",
             (
@@ -499,6 +531,11 @@ class Recording(StepRecording):
                 if self._numbers(less) is True:
                     return less
         raise NotCompilable
+
+
+def _is_sided(fact: Fact) -> bool:
+    """Whether a step has a value on the other side of some end."""
+    return isinstance(fact, OutOfRange) or (isinstance(fact, NoValue) and not fact.pole)
 
 
 def _begins(leaf: Leaf) -> bool:

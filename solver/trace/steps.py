@@ -103,15 +103,17 @@ class StepRecording(Inverses):
         self._hold(state, (*assumed, *sorted(state.used - state.decided.keys())))
         for fact in self.branch.inactive.values():
             # A case of fixed numbers alone has no value: those are the same in every row.
-            if not isinstance(fact, NoValue) or not fact.pole:
-                raise NotCompilable
-            others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
-            nodes = [state.values.get(name) for name in others]
-            if any(node is None or self.flow.value_of(node) is None for node in nodes):
+            if not (isinstance(fact, NoValue) and fact.pole and self._is_fixed(state, fact)):
                 raise NotCompilable
             self.poles.add(fact.unknown)
         self._settle(state)
         return state
+
+    def _is_fixed(self, state: State, fact: NoValue) -> bool:
+        """Whether a step without a value reads only numbers that are the same in every row."""
+        others = (n for n in self.model.equations[fact.equation].names if n != fact.unknown)
+        nodes = [state.values.get(name) for name in others]
+        return all(node is not None and self.flow.value_of(node) is not None for node in nodes)
 
     def _hold(self, state: State, conditions: Iterable[int]) -> None:
         """Require the outcomes of the sample, for conditions that are known, or decided by known

@@ -314,3 +314,50 @@ def test_a_row_in_which_an_unknown_stays_blank() -> None:
         found = _answers(plan, radius)
         fresh = solver.prepare(rulesheets.loads(sheet), ["R"], ["a"])
         assert found == pytest.approx(_answers(fresh, radius))
+
+
+TWO_ROOTS = [
+    ("x*y = p\nx + y = q", {"p": 9.0, "q": 7.0}),
+    ("y^2 + x = p\nx + 1.6*y = q", {"p": 30.0, "q": 9.0}),
+    ("abs(x - 3) = p", {"p": 4.0}),
+    ("if y > 2 then x = 3.2*y else x = 5 - y\ny^2 = p", {"p": 4.5}),
+]
+NOT_EVERYWHERE = [
+    ("u = asind(T/x)", ""),
+    ("u = acosd(x/T)", ""),
+    ("u = ln(x - T)", ""),
+    ("u = log10(T - x)", ""),
+    ("u = acosh(x/T)", ""),
+    ("u = atanh(x/T)", ""),
+    ("sind(u) = x/T", "x > -2 < 6"),
+    ("sind(u) = x/T", "u in [0, 90]"),
+    ("u*v = x\nu - v = T\nw = ln(u)", ""),
+    ("u^(1/3) = x - T", ""),
+    ("u = mod(x, T) + ln(x + 1)", "u in [-3, 30]"),
+]
+
+
+@pytest.mark.parametrize(("rule", "declared"), NOT_EVERYWHERE)
+@given(block=st.sampled_from(TWO_ROOTS), data=st.data())
+@settings(max_examples=6)
+def test_an_answer_where_a_branch_gets_a_value_is_not_missed(
+    block: tuple[str, dict[str, float]], rule: str, declared: str, data: st.DataObject
+) -> None:
+    rules, inputs = block
+    given_numbers = {**inputs, "T": data.draw(st.floats(0.5, 5.0))}
+    numbers = "".join(f" {name} = {number!r}\n" for name, number in given_numbers.items())
+    model = rulesheets.loads(f"variables\n{numbers} {declared}\nrules\n{rules}\n{rule}\n")
+    driver = data.draw(st.sampled_from(sorted(given_numbers)))
+    want = [name for name in model.variables if name not in given_numbers]
+    plan = solver.prepare(model, [driver], want)
+    for share in data.draw(st.lists(st.floats(0.5, 1.6), min_size=4, max_size=4)):
+        number = share * given_numbers[driver]
+        result = solver.solve(model, {driver: number}, want=want)
+        told = [tuple(one[name] for name in want) for one in result.solutions]
+        try:
+            rows = plan.all(number)
+        except solver.Unsolved:
+            rows = []
+        assert len(rows) == len(told)
+        for row in rows:
+            assert any(np.allclose(row, one, rtol=1e-6, atol=1e-6) for one in told)
