@@ -296,8 +296,9 @@ class ModelGraph:
     @cached_property
     def _tied(self) -> Mapping[str, float]:
         """The turns of variables that sums of angles tie to angles."""
-        sums = [rule for rule in self.model.equations if is_angle_sum(*rule.sides)]
         found, before = {name: turn for name, (turn, _) in self.angles.items()}, 0
+        rules = self.model.equations if found else ()
+        sums = [rule for rule in rules if is_angle_sum(*rule.sides)]
         while len(found) > before:
             before = len(found)
             for rule in sums:

@@ -34,6 +34,7 @@ class Planner:
         the present values); ``want`` prunes to what these names need, and ``required`` adds
         requirements that direct steps of one value lead to.
         """
+        required = required and want is not None
         key = known, frozenset(decided.items()), inactive, want, required
         if key not in self.paths:
             from solver.path.building import Building  # most paths are kept from an earlier run

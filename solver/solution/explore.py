@@ -7,13 +7,13 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.evaluate.number import shortened
-from rulesheets.model import Equation, Row, Value, Values, once
+from rulesheets.model import Row, Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import may_hold
@@ -39,7 +39,16 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import EQUAL, Pair, Sign, comparisons
-from solver.path.graph import Kind, continued, is_angle_sum, kind_of, unknowns_by_kind
+from solver.path.graph import (
+    MOST,
+    Kind,
+    Shape,
+    continued,
+    is_angle_sum,
+    kind_of,
+    shape_of,
+    unknowns_by_kind,
+)
 from solver.solution.ends import Ends, agreed
 
 MANY_BLOCKS = 8
@@ -292,9 +301,10 @@ class PathSearch(Ends):
         self, branch: Branch, step: Step, equation: int, unknown: str
     ) -> bool | Forks | None:
         """None: continue; True: plan again; False: ended; else the forks."""
-        isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
-        outcome = self._stepped(branch, equation, unknown)
-        cut = not outcome.complete and isolation is not None and isolation.proven
+        outcome, cut = self._stepped(branch, equation, unknown), False
+        if not outcome.complete:
+            isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
+            cut = isolation is not None and isolation.proven
         values = [self._unless_rounding(branch, equation, unknown, v) for v in outcome.values]
         listed = [{unknown: value} for value in values]
         self.note(outcome.complete, (equation,), (unknown,), listed, cut)
@@ -321,7 +331,7 @@ class PathSearch(Ends):
         """The number; 0 if it is a sum of computed numbers that leaves no more than their last
         places, as the flow through a shut valve, which balances others."""
         rule = self.model.equations[equation]
-        if isinstance(number, str) or not _is_balance(rule):
+        if isinstance(number, str) or not _is_balance(shape_of(rule)[0]):
             return number
         others = {n: branch.values.get(n) for n in rule.names if n != unknown}
         largest = max((abs(v) for v in others.values() if isinstance(v, float)), default=0.0)
@@ -585,11 +595,12 @@ class PathSearch(Ends):
         return {}
 
 
-@once
-def _is_balance(rule: Equation) -> bool:
+@lru_cache(MOST)
+def _is_balance(shape: Shape) -> bool:
     """Whether a rule only adds up variables, as the flows of a joint."""
-    parts = (part.operand if isinstance(part, Negative) else part for part in terms(*rule.sides))
-    return all(isinstance(part, Name) for part in parts)
+    sides = terms(shape.left, shape.right)
+    parts = (part.operand if isinstance(part, Negative) else part for part in sides)
+    return all(isinstance(part, Name) and not part.name.startswith("#.") for part in parts)
 
 
 def _nearest(leaf: Leaf) -> Branch:
