@@ -99,7 +99,7 @@ class Premise(NamedTuple):
     holds: bool
 
 
-@dataclass(frozen=True)
+@dataclass(unsafe_hash=True)
 class Equation:
     """``left = right`` if every premise of ``guard`` is satisfied.
 
