@@ -38,7 +38,7 @@ from rulesheets.syntax.nodes import (
 )
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size
 from solver.numerics.linear_algebra import Array
-from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, HIDDEN, ROUNDINGS
+from solver.numerics.tolerances import BACKWARD, EPS, FAINTEST, ROUNDINGS
 from solver.path.shapes import Alike, Family, shapes
 
 FEWEST = 8
@@ -171,34 +171,38 @@ class Evaluated(NamedTuple):
     columns: NDArray[np.intp]
 
 
-def _point(known: Alike, values: Values) -> Array:
+def _point(known: Alike, values: Mapping[str, Any], kind: type = float) -> Array:
     """The values of names; nan for symbols."""
-    numbers = (v if isinstance(v := values.get(name), float) else math.nan for name in known.names)
-    return np.fromiter(numbers, dtype=float, count=len(known.names))
+    numbers = (values.get(name) for name in known.names)
+    told = (math.nan if v is None or isinstance(v, str) else v for v in numbers)
+    return np.fromiter(told, dtype=kind, count=len(known.names))
 
 
-def evaluated(model: Model, equations: Sequence[Equation], values: Values) -> Evaluated:
-    """All rules at once; those of rare shapes, or with exceptions, one by one."""
-    known = shapes(model).of(equations)
-    point = _point(known, values)
+def evaluated(
+    model: Model, equations: Sequence[Equation], values: Mapping[str, Any], long: bool = False
+) -> Evaluated:
+    """All rules at once; those of rare shapes, or with exceptions, one by one, but in ``long``
+    floats not at all."""
+    known, columns_of = shapes(model).of(equations), _LongColumns if long else _Columns
+    point = _point(known, values, np.longdouble if long else float)
     n = len(equations)
-    miss, noise, grosses, moves = (np.full(n, np.nan) for _ in range(4))
-    holds, left_over = np.zeros(n, dtype=bool), np.ones(n, dtype=bool)
+    miss, noise, grosses, moves = (np.full(n, np.nan, dtype=point.dtype) for _ in range(4))
+    holds, left_over = np.zeros(n, dtype=bool), np.full(n, not long)
     none = np.empty(0, dtype=np.intp)
     triplets: list[tuple[Array, NDArray[np.intp], NDArray[np.intp]]] = [(np.empty(0), none, none)]
     for family in known.families:
-        if len(family.places) < FEWEST:
+        if len(family.places) < FEWEST and not long:
             continue
         here = point[family.columns]
-        rows = _Columns(
-            dict(zip(family.first.names, here, strict=True)), family.numbers, len(family.places)
-        )
+        columns = dict(zip(family.first.names, here, strict=True))
+        rows = columns_of(columns, family.numbers, len(family.places))
         rows.plain &= np.isfinite(here).all(axis=0)
         with np.errstate(all="ignore"), suppress(Undefined):
             side = _FamilySides(family.first, rows)
             plain, places = rows.plain, family.places[rows.plain]
-            columns = (side.miss, side.noise, side.gross, side.moves, side.holds(family))
-            for store, column in zip((miss, noise, grosses, moves, holds), columns, strict=True):
+            held = False if long else side.holds(family)
+            found = (side.miss, side.noise, side.gross, side.moves, held)
+            for store, column in zip((miss, noise, grosses, moves, holds), found, strict=True):
                 store[places] = np.broadcast_to(column, plain.shape)[plain]
             for name, column in zip(family.first.names, family.columns, strict=True):
                 if name in side.slopes:
@@ -245,17 +249,13 @@ class _FamilySides:
         """Whether the check of single rules accepts a rule by its slopes; the same on arrays."""
         bound, off = BACKWARD * self.moves, np.abs(self.miss) + self.noise
         within, gentle = off <= bound, leads_to_zero(np.abs(self.miss), off, self.terms, self.size)
-        accepted = within & gentle
-        if (within & ~gentle).any():
-            share = 2 * np.maximum(
-                np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS
-            )
-            accepted |= within & self._straddles(family, share)
-        accepted |= (self.miss == 0.0) & (self.noise == 0.0)
+        accepted = within & gentle | ((self.miss == 0.0) & (self.noise == 0.0))
+        if (within & ~accepted).any():
+            accepted |= within & self._straddles(family)
         near = np.abs(self.miss) <= bound + ROUNDINGS * self.noise
-        open_to_more = self.rows.plain & ~accepted & near
-        if open_to_more.any() and _LongColumns.unit < self.rows.unit:
-            accepted[open_to_more] = self._hold_in_long_floats(family, open_to_more)
+        chosen = self.rows.plain & near & ~accepted
+        if chosen.any() and not isinstance(self.rows, _LongColumns):
+            accepted[chosen] = self._hold_in_long_floats(family, chosen)
         return accepted
 
     def _hold_in_long_floats(self, family: Family, chosen: NDArray[np.bool_]) -> Any:
@@ -267,9 +267,10 @@ class _FamilySides:
             return _FamilySides(part.first, rows).holds(part) & rows.plain
         return False
 
-    def _straddles(self, family: Family, share: Array) -> NDArray[np.bool_]:
-        """Whether F changes sign as all values move along its slopes, and against them, by a share
-        of them."""
+    def _straddles(self, family: Family) -> NDArray[np.bool_]:
+        """Whether F changes sign as all values move along its slopes, and against them, by twice
+        the share of them that F is."""
+        share = 2 * np.maximum(np.abs(self.miss) / np.where(self.moves > 0.0, self.moves, 1.0), EPS)
         count, rule = len(self.rows.plain), family.first
         plain = np.ones(count, dtype=bool)
         found = []
@@ -294,27 +295,6 @@ def accepted(
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
-
-
-def long_residuals(
-    model: Model, equations: Sequence[Equation], values: Mapping[str, Any]
-) -> NDArray[np.longdouble] | None:
-    """The residuals (n,) of rules in long floats; None unless their rounding is certainly small
-    beside what rules admit."""
-    known = shapes(model).of(equations)
-    point = np.array([values[name] for name in known.names], dtype=np.longdouble)
-    found = np.zeros(len(equations), dtype=np.longdouble)
-    for family in known.families:
-        columns = dict(zip(family.first.names, point[family.columns], strict=True))
-        rows = _LongColumns(columns, family.numbers, len(family.places))
-        with np.errstate(all="ignore"), suppress(Undefined):
-            side = _FamilySides(family.first, rows)
-            admitted = np.maximum(BACKWARD * side.moves, EPS * side.gross)
-            if (rows.plain & (side.noise <= HIDDEN * admitted)).all():
-                found[family.places] = side.miss
-                continue
-        return None
-    return found
 
 
 def multiplied_out(model: Model, equations: Sequence[Equation], values: Values) -> Array:

@@ -23,7 +23,7 @@ import numpy as np
 
 from rulesheets.evaluate import Undefined
 from rulesheets.evaluate.digits import context, extended
-from solver.accuracy.alike import long_residuals
+from solver.accuracy.alike import evaluated
 from solver.accuracy.digits import linearized
 from solver.accuracy.rule_check import absorbs
 from solver.accuracy.rule_sides import gross, sides
@@ -34,6 +34,7 @@ from solver.numerics.tolerances import (
     BACKWARD,
     EPS,
     FAST,
+    HIDDEN,
     ORDINARY,
     REFINED,
     SAFETY,
@@ -171,10 +172,11 @@ def _settled(
         return None
     for _ in range(REFINEMENTS):
         at = {**problem.here, **dict(zip(problem.unknowns, x, strict=True))}
-        misses = long_residuals(problem.graph.model, problem.kernel.equations, at)
-        if misses is None:
+        found = evaluated(problem.graph.model, problem.kernel.equations, at, long=True)
+        admitted = np.maximum(BACKWARD * found.moves, EPS * found.gross)
+        if not (found.noise <= HIDDEN * admitted).all():
             return None
-        step = factor.solution(misses.astype(float))
+        step = factor.solution(found.miss.astype(float))
         length = float((np.abs(step) / bars).max())
         if not length <= FAST * before:
             return None
