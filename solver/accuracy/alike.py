@@ -4,7 +4,8 @@ once.
 The rules of a network have a few shapes. Those of one shape are rows of arrays, on which one walk
 over the shape gives values, slopes and rounding bounds, operation by operation as
 ``rulesheets.evaluate`` for a single rule. A row with an exception (a subnormal number, an undefined
-one, a function that jumps or selects) is left to the check of single rules.
+one, a function that jumps or selects) is left to the check of single rules. Where the rounding of
+floats hides whether a rule holds, the long floats of numpy may tell.
 """
 
 from __future__ import annotations

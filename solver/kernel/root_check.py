@@ -4,7 +4,8 @@ A rule holds if values within a few ulp of those reported satisfy it. Next to a 
 slopes are so large that anything passes: ``(a - b)/(x - 1)`` takes any value as its differences
 round. A block that is not ordinary is therefore solved again from the answer in many digits. The
 answer is accepted if this ends at a root within the error bar, and if moving the unknowns by that
-bar does not reach a place where a rule divides by zero.
+bar does not reach a place where a rule divides by zero. For a large block, residuals in long floats
+do, if their rounding is certainly small.
 
 If a rule loses digits as it is evaluated (``1 - cos(x)`` at a small x), residuals in floats end the
 search some roundings away from the root. Computed to many digits they lead on: iterative refinement
@@ -128,7 +129,7 @@ def check_root(
     if found.relative is not None:  # a large block: its slopes stay those of floats
         there = dict(point)
         if found.relative > ORDINARY * EPS:
-            sharp = _settled(problem, start, found.errors)
+            sharp = root_in_long_floats(problem, start, found.errors)
             sharp = sharp or sharp_root(problem, start, problem.sizes_at(start))
             if sharp is None or not _within(start, sharp, found.errors, SAFETY):
                 return RootCheck.NO_ROOT, there
@@ -161,7 +162,7 @@ def check_root(
     return (RootCheck.BESIDE_POLE if settled else RootCheck.NO_ROOT), there
 
 
-def _settled(
+def root_in_long_floats(
     problem: BlockProblem, start: Sequence[float], bars: Sequence[float]
 ) -> list[float] | None:
     """The end of steps of one Jacobian with residuals in long floats, if each is much shorter than

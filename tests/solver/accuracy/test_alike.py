@@ -13,6 +13,7 @@ from rulesheets.evaluate import Undefined
 from solver.accuracy.alike import FEWEST, accepted, evaluated
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import gross, sides, size
+from solver.numerics.tolerances import BACKWARD
 from solver.path.shapes import shapes
 
 COUNT = 40
@@ -60,6 +61,30 @@ def test_rows_are_what_single_rules_are(
         assert check_rule(equation, values).holds or not found.holds[place]
     plain = not any(word in shape for word in ("max", "int", "x{k} - x{k}"))
     assert found.holds.all() == (off <= 1e-15) if plain else not found.holds.any()
+
+
+LOSSY: list[tuple[str, Callable[[int], float]]] = [
+    ("y{k} = (x{k} + {k}e3) - {k}e3", x),
+    ("y{k} = sqrt((x{k} + 1e4)^2) - 1e4", x),
+    ("y{k} = (exp(x{k}/1e4) - 1)*1e4", lambda k: 1e4 * math.expm1(x(k) / 1e4)),
+    ("y{k}*(1 - cos(x{k}/1e2)) = 1", lambda k: 0.5 / math.sin(x(k) / 200) ** 2),
+]
+"""Rules that lose two to five digits as floats evaluate them."""
+
+
+@pytest.mark.parametrize("shape,answer", LOSSY)
+@pytest.mark.parametrize("off", [0.0, 1e-15, 8e-15, 1e-13, 1e-9])
+def test_what_long_floats_accept_holds_in_many_digits(
+    shape: str, answer: Callable[[int], float], off: float
+) -> None:
+    model = rulesheets.loads("\n".join(shape.format(k=k) for k in range(1, COUNT + 1)) + "\n")
+    values: dict[str, float | str] = {f"x{k}": x(k) for k in range(1, COUNT + 1)}
+    values |= {f"y{k}": answer(k) * (1 + off) for k in range(1, COUNT + 1)}
+    found = evaluated(model, model.equations, values)
+    hold = [check_rule(equation, values).holds for equation in model.equations]
+    assert all(hold[place] for place in np.flatnonzero(found.holds))
+    in_floats = np.abs(found.miss) + found.noise <= BACKWARD * found.moves
+    assert (found.holds & ~in_floats).any() == (off < 1e-14)
 
 
 def test_what_does_not_hold_is_left_to_single_rules() -> None:

@@ -24,7 +24,7 @@ from benchmarks.networks import (
 )
 from solver.kernel.block import BlockKernel
 from solver.kernel.problem import BlockProblem, uncertainty
-from solver.kernel.root_check import RootCheck, check_root
+from solver.kernel.root_check import RootCheck, check_root, root_in_long_floats, sharp_root
 from solver.path import SolveBlock
 from solver.path.planner import planner
 
@@ -96,6 +96,27 @@ def test_a_singular_jacobian_proves_no_root_of_a_large_block() -> None:
     assert problem.holds(point)
     assert not any(map(math.isfinite, found.errors))
     assert check_root(problem, point, found)[0] is RootCheck.NO_ROOT
+
+
+@pytest.mark.parametrize("share", [1e-3, 0.5, 30.0])
+def test_long_floats_find_the_root_that_many_digits_find(share: float) -> None:
+    """From so many error bars beside an answer that is known to seven digits."""
+    network = bratu(600)
+    model = rulesheets.loads(network.sheet)
+    names = tuple(network.names)
+    kernel = BlockKernel(planner(model).graph, SolveBlock(tuple(range(1, 601)), names, ()))
+    problem = BlockProblem(kernel, {"s": 2.0}, {})
+    point = problem.named(network.by_hand().tolist())
+    found = uncertainty(problem, point)
+    sizes = problem.sizes_at([*point.values()])
+    bars = np.array(found.errors)
+    start = np.array([*point.values()]) + share * bars * np.sin(np.arange(600))
+    sharp = np.array(sharp_root(problem, start.tolist(), sizes))
+    near = root_in_long_floats(problem, start.tolist(), found.errors)
+    if share > 1.0:
+        assert near is None or np.abs(near - sharp).max() <= bars.max()
+    else:
+        assert near is not None and (np.abs(np.array(near) - sharp) <= 0.1 * bars).all()
 
 
 def test_a_large_block_may_call_a_function_without_arguments() -> None:
