@@ -247,7 +247,7 @@ def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
         near = sure or closest(name, alike)
         if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
             every = (body for rule in program.rules for body in bodies(rule.body))
-            uses = [body for body in every if name in names(*body.parts)]
+            uses = [body for body in every if name in body.names]
             if uses and (sure or len(uses) == 1):
                 place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
                 message = f"{name} has no row under `variables`, where {near} has one"
@@ -286,7 +286,7 @@ def _passed(program: Program) -> set[str]:
                 not isinstance(part, nodes.CallRule)
                 or part.function.lower() not in program.functions
             ):
-                used.update(names(*part.parts))
+                used.update(part.names)
                 continue
             for passed, side in ((results, part.results), (arguments, part.arguments)):
                 passed.update(node.name for node in side if isinstance(node, nodes.Name))
@@ -376,11 +376,13 @@ class Expansion:
             scope, guard, rule = context
             if self.functions or not (isinstance(body, nodes.Equality) and len(body.parts) == 2):
                 # in the order of the text, whatever the order of the calls
-                self.names |= dict.fromkeys(map(scope.full_name, names(*body.parts)))
+                self.names |= dict.fromkeys(map(scope.full_name, body.names))
             for part in components(body, self.functions):
                 match part:
                     case nodes.Equality((left, *_), (right, *_)):
-                        self._equate(self._bind(left, context), self._bind(right, context), context)
+                        one, other = self._bind(left, context), self._bind(right, context)
+                        same = one is left and other is right
+                        self._equate(one, other, context, part.names if same else None)
                     case nodes.CallRule(called, arguments, results, span):
                         function = self.functions.get(called.lower())
                         if function is not None:
@@ -431,10 +433,19 @@ class Expansion:
         self._called.append((function, scope, context.guard))
         return scope.full_name(function.results[0]) if function.results else ""
 
-    def _equate(self, left: nodes.Expression, right: nodes.Expression, context: Context) -> None:
+    def _equate(
+        self,
+        left: nodes.Expression,
+        right: nodes.Expression,
+        context: Context,
+        read: tuple[str, ...] | None = None,
+    ) -> None:
+        """Add an equation; ``read`` are its names, if they are known."""
         scope, guard, rule = context
         left, right = _exact(rule, left, right)
         equation = Equation(len(self.equations), left, right, guard, rule, scope.prefix)
+        if read is not None:
+            equation.names = read
         self.equations.append(equation)
         self.names |= dict.fromkeys(equation.names)
 

@@ -85,10 +85,9 @@ class Scope:
         self.every = list[nodes.Expression | nodes.Condition]()
         self.places: dict[str, nodes.RuleBody] = {}
         for part in self.parts:
-            self.every += (inside := nodes.walk(*part.parts))
-            for node in inside:
-                if type(node) is nodes.Name:
-                    self.places.setdefault(node.name, part)
+            self.every += nodes.walk(*part.parts)
+            for name in part.names:
+                self.places.setdefault(name, part)
         self.names = dict.fromkeys((*self.declared, *self.places))
         calls: list[nodes.CallRule | nodes.Call]
         calls = [part for part in self.parts if isinstance(part, nodes.CallRule)]

@@ -224,7 +224,9 @@ def form_of(first: object, leaves: Leaves) -> Form | None:
         return None
     lines, counts = list[str](), {Name: count(), Number: count()}
     left, right = (_written(side[0], lines, counts) for side in (first.left, first.right))
-    body = "\n    ".join([*lines, f"return Equality(({left},), ({right},), span)"])
+    lines.append(f"whole = Equality(({left},), ({right},), span)")
+    lines += ["whole.names = tuple(dict.fromkeys(names))", "return whole"]
+    body = "\n    ".join(lines)
     made: dict[str, Any] = {kind.__name__: kind for kind in (Equality, *kinds)}
     exec(f"def made(names, numbers, span):\n    {body}", made)
     form: Form = made["made"]

@@ -7,6 +7,7 @@ syntax and, once names are bound, as the mathematics that the solver works on.
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from functools import cached_property
 from math import inf
 from operator import attrgetter
 from typing import Any, ClassVar, Self, TypeAlias, TypeVar, dataclass_transform
@@ -265,7 +266,16 @@ _Opposite: TypeAlias = Callable[[Condition], Condition]
 # --- rules ----------------------------------------------------------------------
 
 
-class Equality(Node):
+class Body(Node):
+    """What a rule states."""
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """The variables in it, not in its arms, in order of first appearance."""
+        return tuple(dict.fromkeys(names(*self.parts)))
+
+
+class Equality(Body):
     """``(a, b) = (c, d)``; a plain ``a = b`` has one expression a side.
 
     ``(x, y) = f(a)`` has two on the left and the call alone on the right.
@@ -277,7 +287,7 @@ class Equality(Node):
     parts = property(lambda node: (*node.left, *node.right))
 
 
-class CallRule(Node):
+class CallRule(Body):
     """``call f(arguments; results)``."""
 
     function: str
@@ -287,7 +297,7 @@ class CallRule(Node):
     parts = property(lambda node: (*node.arguments, *node.results))
 
 
-class IfRule(Node):
+class IfRule(Body):
     """``if c then r else s``; an ``else if`` chain is an ``IfRule`` in ``otherwise``."""
 
     condition: Condition
@@ -297,7 +307,7 @@ class IfRule(Node):
     parts = property(lambda node: (node.condition,))
 
 
-class Inequality(Node):
+class Inequality(Body):
     """``a < b`` as a rule; for ``0 < x < 1``, a comparison of each two neighbours."""
 
     comparisons: tuple[Comparison, ...]
