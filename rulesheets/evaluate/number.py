@@ -42,9 +42,9 @@ def number_text(x: float) -> str:
     return text
 
 
-def shortened(x: float) -> float:
-    """The decimal of twelve digits next to x, for which it may stand."""
-    return float(f"{x:.12g}")
+def rounded(x: float, digits: int = 6) -> float:
+    """The number with so many digits; with 12 the decimal for which a float may stand."""
+    return float(f"{x:.{digits}g}")
 
 
 class Undefined(ArithmeticError):

@@ -18,6 +18,7 @@ from itertools import combinations
 from typing import Any, NamedTuple
 
 from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.number import rounded
 from rulesheets.functions import TABLE
 from rulesheets.library import ANGLE, Library, Unit
 from rulesheets.syntax import Span
@@ -313,11 +314,11 @@ class Dimensions:
             counted = ANGLE in form.known and not any(side.dimension for side in claim.forms)
             if counted or not abs(size) > 1e-9:  # revolutions may be a number of them
                 return
-            factor = float(f"{math.exp(size):.12g}")
+            factor = rounded(math.exp(size), 12)
             if self._explained(factor, claim.statement, form.numbers):
                 return
             share = _decades_apart(factor, self._factors(claim.statement, form.numbers))
-            claim, factor = claim._replace(counted=share), float(f"{factor / share:.12g}")
+            claim, factor = claim._replace(counted=share), rounded(factor / share, 12)
         one, other = (self._resolved(side) for side in claim.forms)
         self.mismatches.append(claim._replace(forms=(one, other), why=form.why, factor=factor))
 

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 from rulesheets.diagnosis import listed
 from rulesheets.evaluate import Undefined, rounded_derivatives, value
 from rulesheets.evaluate.digits import extended, in_many_digits
-from rulesheets.evaluate.number import number_text, undecided
+from rulesheets.evaluate.number import number_text, rounded, undecided
 from rulesheets.model import Value, Values
 from rulesheets.syntax.nodes import (
     Call,
@@ -547,7 +547,7 @@ class StepSolver:
         self.delicate = self.delicate or off <= DELICATE * self._size()
         if is_open or off > self._near(CLEAR) * self._size():
             kind = _NEEDS.get(stage.operation, f"{stage.operation} =")
-            shown = float(f"{float(target):.10g}")
+            shown = rounded(float(target), 10)
             if shown == edge:  # which only more digits tell from it
                 shown = float(target)
             reading = f"{kind} {number_text(shown)}"  # such as sqrt of -3.2, cosd = 1.08

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from fractions import Fraction
 
 from rulesheets.evaluate.exact import Inexact, as_written, value_as_written
-from rulesheets.evaluate.number import shortened
+from rulesheets.evaluate.number import rounded
 from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression
 from solver.path import (
@@ -63,7 +63,7 @@ class WrittenNumbers:
 
     def _short(self, name: str) -> Fraction:
         number = self.values[name]
-        return as_written(number if isinstance(number, str) else shortened(float(number)))
+        return as_written(number if isinstance(number, str) else rounded(float(number), 12))
 
     def satisfy(self, step: Evaluate | SolveBlock, depth: int = DEEPEST) -> bool:
         """Whether the rules of a step hold exactly with its unknowns as decimals."""

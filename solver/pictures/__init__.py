@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from rulesheets.checks import PLACES, marks_of, parts
 from rulesheets.diagnosis import listed, refusal
 from rulesheets.evaluate import Undefined, value
+from rulesheets.evaluate.number import rounded
 from rulesheets.model import Values
 from rulesheets.syntax.nodes import Expression, Figure, names
 from solver.files import require_extra
@@ -218,7 +219,7 @@ def _round_from(least: float, figures: Sequence[float]) -> float:
     """The smallest number of those figures, times a power of ten, that is not below ``least``."""
     power = 10.0 ** math.floor(math.log10(least))
     found = next(figure for figure in (*figures, 10.0) if figure * power >= least * (1 - 1e-12))
-    return float(f"{found * power:.6g}")
+    return rounded(found * power)
 
 
 Array: TypeAlias = NDArray[np.float64]

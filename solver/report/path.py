@@ -7,6 +7,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 
 from rulesheets.diagnosis import few
+from rulesheets.evaluate.number import rounded
 from rulesheets.format import Latex, Notation, format_condition
 from rulesheets.inputs import DIGITS, readable
 from rulesheets.model import Equation, Model, Premise, Requirement, Value, Values
@@ -60,7 +61,7 @@ def _rounded(value: Value) -> Expression:
     """A value with the digits for a reader."""
     if isinstance(value, str):
         return nodes.Symbol(value)
-    return nodes.Number(float(f"{value:.{DIGITS}g}") + 0.0)
+    return nodes.Number(rounded(value, DIGITS) + 0.0)
 
 
 def rule_text(span: Span) -> str:

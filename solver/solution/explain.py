@@ -8,7 +8,7 @@ from functools import partialmethod
 from typing import assert_never
 
 from rulesheets.diagnosis import MAX_NAMED, Diagnosis, Label, Severity, listed, plural, side_by_side
-from rulesheets.evaluate.number import number_text
+from rulesheets.evaluate.number import number_text, rounded
 from rulesheets.format import format_condition
 from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name, Power, names, walk
@@ -23,7 +23,6 @@ from solver.solution.remedy import (
     derivation,
     found_near,
     givings,
-    rounded,
     stretch,
 )
 from solver.solution.verdict import Verdict

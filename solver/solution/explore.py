@@ -12,7 +12,7 @@ from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
-from rulesheets.evaluate.number import shortened
+from rulesheets.evaluate.number import rounded
 from rulesheets.model import Row, Value, Values
 from rulesheets.syntax.nodes import Name, Negative, names, terms
 from solver.accuracy.rule_check import check_rule
@@ -435,7 +435,7 @@ class PathSearch(Ends):
             cleared = {**numbers, **zeros}
             if problem.outside(cleared) is None and problem.holds(cleared):
                 found = {**found, **zeros}
-        short = {name: shortened(float(v)) for name, v in found.items()}
+        short = {name: rounded(float(v), 12) for name, v in found.items()}
         values = {**branch.values, **found}
         if not (is_read and all(may_hold(rule, values, short) for rule in kernel.equations)):
             return found

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import chain, combinations, islice, product
 from typing import NamedTuple
 
+from rulesheets.evaluate.number import rounded
 from rulesheets.model import Equation, Model, Value, Values
 from rulesheets.syntax import nodes
 from solver.facts import Conflict, about
@@ -528,8 +529,3 @@ def stretch(equation: Equation, values: Values, name: str) -> tuple[float, float
 
     start, _ = box[name]
     return end(-1), end(1)
-
-
-def rounded(value: float, digits: int = 6) -> float:
-    """The number with so many digits."""
-    return float(f"{value:.{digits}g}")

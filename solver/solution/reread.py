@@ -26,6 +26,7 @@ from rulesheets.evaluate.digits import (
     is_known,
     vanishes,
 )
+from rulesheets.evaluate.number import rounded
 from rulesheets.functions import named
 from rulesheets.model import Equation, Model, Values
 from rulesheets.syntax import nodes
@@ -282,7 +283,7 @@ def joined(asked: Asked, found: Exploration) -> Asked:
 
 
 def _rounded(point: Mapping[str, float]) -> dict[str, float]:
-    return {name: float(f"{round(x, PLACES):.{PLACES}g}") + 0.0 for name, x in point.items()}
+    return {name: rounded(round(x, PLACES), PLACES) + 0.0 for name, x in point.items()}
 
 
 def hole(asked: Asked, leaf: Leaf, fact: NoRoot) -> Indeterminacy | None:

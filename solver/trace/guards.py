@@ -158,31 +158,21 @@ class Guards:
 
     def _ends(self, variable: Variable, node: int) -> list[int]:
         return [
-            self._above(node, variable.low, variable.low_open),
-            self._below(node, variable.high, variable.high_open),
+            self._inside(node, variable.low, variable.low_open),
+            self._inside(node, variable.high, variable.high_open, upper=True),
         ]
 
-    def _above(self, node: int, edge: float, strict: bool) -> int:
-        """Whether a number lies above a bound by more than its rounding at the sample."""
-        if edge == -math.inf:
+    def _inside(self, node: int, edge: float, strict: bool, upper: bool = False) -> int:
+        """Whether a number lies above a lower bound, or below an ``upper`` one, by more than its
+        rounding at the sample."""
+        if math.isinf(edge):
             return self.flow.true
-        inner, outer = self._rounded(node)
-        check = self.flow.add("lt" if strict else "le", float(edge), inner)
-        self._beyond[check] = self.flow.add("lt", outer, float(edge))
+        add, error = self.flow.add, 4.0 * self._numbers.error(node)
+        less, more = add("sub", node, error), add("add", node, error)
+        within, beyond = ((more, edge), (edge, less)) if upper else ((edge, less), (more, edge))
+        check = add("lt" if strict else "le", *within)
+        self._beyond[check] = add("lt", *beyond)
         return check
-
-    def _below(self, node: int, edge: float, strict: bool) -> int:
-        if edge == math.inf:
-            return self.flow.true
-        outer, inner = self._rounded(node)
-        check = self.flow.add("lt" if strict else "le", inner, float(edge))
-        self._beyond[check] = self.flow.add("lt", float(edge), outer)
-        return check
-
-    def _rounded(self, node: int) -> tuple[int, int]:
-        """A number less, and more, its rounding at the sample."""
-        error = 4.0 * self._numbers.error(node)
-        return self.flow.add("sub", node, error), self.flow.add("add", node, error)
 
     # --- rules ---
 

@@ -133,8 +133,8 @@ class Inverses(Guards):
     def _undone(self, state: State, stage: Stage, target: int) -> list[int]:
         flow = self.flow
         several = len(stage.forms) > 1
-        flow.require(self._above(target, stage.low, stage.low_open or several))
-        flow.require(self._below(target, stage.high, stage.high_open or several))
+        flow.require(self._inside(target, stage.low, stage.low_open or several))
+        flow.require(self._inside(target, stage.high, stage.high_open or several, upper=True))
         here = {**state.values, TARGET.name: target}
         if stage.divisor is not None:
             divisor = flow.expression(stage.divisor, here)
