@@ -9,8 +9,8 @@ R. B. Kearfott, M. J. Cloud, *Introduction to Interval Analysis*, 2009.)
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import ceil, copysign, floor, fmod, hypot, inf, isinf, isnan, nan, nextafter
-from typing import NamedTuple, TypeAlias
+from math import copysign, fmod, hypot, inf, isinf, isnan, nan, nextafter
+from typing import Any, NamedTuple, TypeAlias
 
 Interval: TypeAlias = tuple[float, float]
 
@@ -269,10 +269,11 @@ class Even(NamedTuple):
 # --- angles ---------------------------------------------------------------------
 
 
-def may_contain(low: float, high: float, offset: float) -> bool:
-    """Whether a whole number plus ``offset`` may lie between two numbers of turns."""
+def may_contain(low: Any, high: Any, offset: float) -> Any:
+    """Whether a whole number plus ``offset`` may lie between two finite numbers of turns, or arrays
+    of them."""
     first = low - offset - SLACK * (abs(low) + 1.0)
-    return ceil(first) <= floor(high - offset + SLACK * (abs(high) + 1.0))
+    return -(-first // 1.0) <= (high - offset + SLACK * (abs(high) + 1.0)) // 1.0
 
 
 class Wave(NamedTuple):

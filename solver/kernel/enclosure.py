@@ -10,7 +10,7 @@ from contextlib import suppress
 from fractions import Fraction
 from functools import cached_property, lru_cache
 from math import inf, isnan, nan
-from typing import Any, TypeAlias
+from typing import Any, TypeAlias, TypeVar
 
 from rulesheets.evaluate.exact import Decimals, Independent, Inexact, as_written
 from rulesheets.functions import INTERVALS
@@ -82,6 +82,7 @@ def _is_rootless(found: Interval) -> bool:
 
 
 Code: TypeAlias = Callable[..., Any]
+T = TypeVar("T")
 
 
 class Enclosure:
@@ -120,12 +121,13 @@ class Enclosure:
             chains = self._chain, self._chain, self._slope
             return sum(len(chain.assignments) for chain in chains)
 
-        return int(self._once("operations", count))
+        return self._once("operations", count)
 
-    def _once(self, key: str, make: Callable[[], Any]) -> Any:
+    def _once(self, key: str, make: Callable[[], T]) -> T:
         if key not in self._shared:
             self._shared[key] = make()
-        return self._shared[key]
+        found: T = self._shared[key]
+        return found
 
     def ranges(self, boxes: Sequence[tuple[float, ...]], known: Sequence[float]) -> list[Interval]:
         """The residual over each box; nan, nan if it is undefined all over it or has no root."""
@@ -253,8 +255,7 @@ class Enclosure:
     @property
     def _range(self) -> Code:
         """A function of the known numbers that gives one of the ends of a box, for the residual."""
-        code: Code = self._once("range", self._range_made)
-        return code
+        return self._once("range", self._range_made)
 
     def _range_made(self) -> Code:
         emitter = _followed(self._chain, self._known, self._ranged)
@@ -275,8 +276,7 @@ class Enclosure:
     @property
     def _slope_range(self) -> Code:
         """The same for the slope of the residual."""
-        code: Code = self._once("slope range", self._slope_range_made)
-        return code
+        return self._once("slope range", self._slope_range_made)
 
     def _slope_range_made(self) -> Code:
         of_values = len(self._chain.assignments)

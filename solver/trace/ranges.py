@@ -19,7 +19,7 @@ from typing import Any, TypeAlias
 import numpy as np
 
 from rulesheets.functions import ARRAYS, TABLE
-from rulesheets.functions.intervals import SLACK, ULPS, Monotone, Wave
+from rulesheets.functions.intervals import ULPS, Monotone, Wave, may_contain
 from solver.trace.flow import Flow
 from solver.trace.graph import DEGREE, schedule
 
@@ -89,15 +89,9 @@ def _form(flow: Flow, node: int) -> Callable[..., Pair]:
 def _wave(form: Wave, function: Callable[..., Any], a: Pair) -> Pair:
     """A sine is between its ends, if no maximum and no minimum may lie in between."""
     first, last, one, other = a[0] / form.turn, a[1] / form.turn, function(a[0]), function(a[1])
-    low = np.where(_may_contain(first, last, form.top + 0.5), -1.0, np.minimum(one, other))
-    high = np.where(_may_contain(first, last, form.top), 1.0, np.maximum(one, other))
+    low = np.where(may_contain(first, last, form.top + 0.5), -1.0, np.minimum(one, other))
+    high = np.where(may_contain(first, last, form.top), 1.0, np.maximum(one, other))
     return _outward(np.where(_size(a)[1] > FAR, np.nan, low), high)
-
-
-def _may_contain(low: Any, high: Any, offset: float) -> Any:
-    """Whether a whole number plus ``offset`` may lie between two numbers of turns."""
-    first, last = low - offset - SLACK * (abs(low) + 1.0), high - offset + SLACK * (abs(high) + 1.0)
-    return np.ceil(first) <= np.floor(last)
 
 
 def _outward(low: Any, high: Any) -> Pair:
