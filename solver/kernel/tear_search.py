@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache, partial
-from itertools import pairwise
+from itertools import pairwise, takewhile
 from math import nan
 from typing import Any
 
@@ -229,7 +229,8 @@ class TearSearch:
         """The points where the residual is 0/0: of 0, 1, the ends of the tear's domain, and given
         numbers at which floats divide by 0."""
         (low, high), given = self.problem.domain(self.tear), self.problem.known
-        undefined = [x for x in given if low <= x <= high and self._divides_by_zero(place, x)]
+        inside = [x for x in given if low <= x <= high]
+        undefined = [x for x in inside if type(self._followed(place, x)) is ZeroDivisionError]
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
         numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
@@ -282,17 +283,11 @@ class TearSearch:
         numbers = (*self.problem.known, *(part.value for part in parts if isinstance(part, Number)))
         if any(v and not 1 / REMOTE <= abs(v) <= REMOTE for v in numbers):
             return True
+        samples = self._samples()
         for place in range(len(self.kernel.chains)):
-            function, errors = self.kernel.chain_function(place), list[Exception]()
-            for x in (samples := self._samples()):
-                try:
-                    function(x, *self.problem.known)
-                    break
-                except (ArithmeticError, ValueError) as error:
-                    errors.append(error)
-            if len(errors) == len(samples) and any(
-                isinstance(e, ZeroDivisionError) for e in errors
-            ):
+            ends = (self._followed(place, x) for x in samples)
+            kinds = [*map(type, takewhile(lambda end: isinstance(end, Exception), ends))]
+            if len(kinds) == len(samples) and ZeroDivisionError in kinds:
                 return True
         return False
 
@@ -387,21 +382,18 @@ class TearSearch:
     def _size(self) -> float:
         return self.problem.scale[self.problem.unknowns.index(self.tear)]
 
-    def _along(self, place: int, x: float) -> dict[str, float] | None:
+    def _followed(self, place: int, x: float) -> Sequence[float] | Exception:
+        """The numbers along a chain, or why there are none."""
         try:
-            numbers = self.kernel.chain_function(place)(x, *self.problem.known)
-        except (ArithmeticError, ValueError):
-            return None
-        return dict(zip(self.problem.unknowns, numbers, strict=False))
+            found: Sequence[float] = self.kernel.chain_function(place)(x, *self.problem.known)
+        except (ArithmeticError, ValueError) as error:
+            return error
+        return found
 
-    def _divides_by_zero(self, place: int, x: float) -> bool:
-        try:
-            self.kernel.chain_function(place)(x, *self.problem.known)
-        except ZeroDivisionError:
-            return True
-        except (ArithmeticError, ValueError):
-            pass
-        return False
+    def _along(self, place: int, x: float) -> dict[str, float] | None:
+        if isinstance(found := self._followed(place, x), Exception):
+            return None
+        return dict(zip(self.problem.unknowns, found, strict=False))
 
     def _is_absorbed(self, place: int, x: float) -> bool:
         """Whether the residual is 0 only because floats as large as x absorb its other terms."""
