@@ -8,6 +8,7 @@ from copy import copy
 from dataclasses import dataclass
 from functools import partial
 from itertools import repeat
+from math import inf
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -284,7 +285,10 @@ class _Reduction:
         last = [*[self.mp.zero] * n, self.mp.one]
         shares = eliminate_rows([dict(enumerate(column)) for column in columns], [last], self.tiny)
         rules = zip(map(float, shares[0]), system.forms, repeat(values), strict=False)
-        return perturbation(rules, {name: half_unit(values[name]) for name in system.known}, 0.0)
+        off = {name: half_unit(values[name]) for name in system.known}
+        if (moved := perturbation(rules, off, 0.0)) == inf:
+            raise Singular("a rule has no value")
+        return moved
 
     def _matrix(self, jacobian: Sequence[Sequence[Any]]) -> list[list[Any]]:
         rows = [[*row, u] for row, u in zip(jacobian, self.across, strict=True)]

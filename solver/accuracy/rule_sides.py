@@ -246,7 +246,8 @@ def perturbation(
 ) -> float:
     """How far a sum of expressions, each with a factor and values of its own, moves to first order
     if numbers have the errors ``known``, by name, and those in the expressions errors of ``slack``
-    half units of their last places. Infinite if a slope has no value."""
+    half units of their last places. Infinite if an expression has no value, nan if a slope has
+    none."""
     total, off = dict[str, float](), dict(known)
     try:
         for factor, expression, values in parts:
@@ -257,5 +258,4 @@ def perturbation(
                 total[name] = total.get(name, 0.0) + factor * slope
     except Undefined:
         return math.inf
-    far = sum(abs(slope) * off[name] for name, slope in total.items() if off.get(name))
-    return math.inf if math.isnan(far) else far
+    return sum(abs(slope) * off[name] for name, slope in total.items() if off.get(name))

@@ -235,3 +235,11 @@ def test_a_root_where_a_slope_is_infinite_is_counted(power: float, shift: float)
     ends = [shift, shift + (0.22 / 0.08) ** (1 / (1 - power))]
     assert found.complete
     assert sorted(answer["k"] for answer in found.solutions) == pytest.approx(ends, rel=1e-9)
+
+
+@pytest.mark.parametrize("rule", ["tand(x)*cosd(x) = 1", "tand(x - 30)*cosd(x - 30) = 1"])
+def test_a_point_where_a_rule_is_undefined_is_no_double_root(rule: str) -> None:
+    """The sine of an angle is 1 at one where it is no quotient: only a limit."""
+    found = solver.solve(rulesheets.loads(f"rules\n  {rule}\n"))
+    assert str(found.status) == "singular"
+    assert not any("x" in answer for answer in found.solutions)
