@@ -459,6 +459,18 @@ def is_angle_sum(*sides: nodes.Expression) -> bool:
     return True
 
 
+def is_balance(rule: Equation) -> bool:
+    """Whether a rule only adds up variables, as the flows of a joint."""
+    return _adds_variables(shape_of(rule)[0])
+
+
+@lru_cache(MOST)
+def _adds_variables(shape: Shape) -> bool:
+    sides = nodes.terms(shape.left, shape.right)
+    parts = (part.operand if isinstance(part, Negative) else part for part in sides)
+    return all(isinstance(part, Name) and not part.name.startswith("#.") for part in parts)
+
+
 def _chooses(part: Node) -> bool:
     return isinstance(part, Call) and part.function in ("abs", "min", "max")
 

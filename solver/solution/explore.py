@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import replace
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from itertools import chain, islice
 from typing import TypeAlias
 
 from rulesheets.deadline import TimeIsUp, expect_time, grace, in_one_chunk
 from rulesheets.evaluate.number import rounded
 from rulesheets.model import Row, Value, Values
-from rulesheets.syntax.nodes import Name, Negative, names, terms
+from rulesheets.syntax.nodes import names
 from solver.accuracy.rule_check import check_rule
 from solver.accuracy.rule_sides import may_hold
 from solver.facts import AsksNothing, Beside, Fact, NoRoot, NoValue, OutOfRange, RankLoss, about
@@ -39,16 +39,7 @@ from solver.path import (
     given_by,
 )
 from solver.path.cases import EQUAL, Pair, Sign, comparisons
-from solver.path.graph import (
-    MOST,
-    Kind,
-    Shape,
-    continued,
-    is_angle_sum,
-    kind_of,
-    shape_of,
-    unknowns_by_kind,
-)
+from solver.path.graph import Kind, continued, is_angle_sum, is_balance, kind_of, unknowns_by_kind
 from solver.solution.ends import Ends, agreed
 
 MANY_BLOCKS = 8
@@ -331,7 +322,7 @@ class PathSearch(Ends):
         """The number; 0 if it is a sum of computed numbers that leaves no more than their last
         places, as the flow through a shut valve, which balances others."""
         rule = self.model.equations[equation]
-        if isinstance(number, str) or not _is_balance(shape_of(rule)[0]):
+        if isinstance(number, str) or not is_balance(rule):
             return number
         others = {n: branch.values.get(n) for n in rule.names if n != unknown}
         largest = max((abs(v) for v in others.values() if isinstance(v, float)), default=0.0)
@@ -593,14 +584,6 @@ class PathSearch(Ends):
         if not probe.complete:  # a proof that there is none is out of reach
             self.cases = max(self.cases, MAX_CASES - FEW_CASES)
         return {}
-
-
-@lru_cache(MOST)
-def _is_balance(shape: Shape) -> bool:
-    """Whether a rule only adds up variables, as the flows of a joint."""
-    sides = terms(shape.left, shape.right)
-    parts = (part.operand if isinstance(part, Negative) else part for part in sides)
-    return all(isinstance(part, Name) and not part.name.startswith("#.") for part in parts)
 
 
 def _nearest(leaf: Leaf) -> Branch:
