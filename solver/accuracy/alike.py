@@ -27,15 +27,12 @@ from rulesheets.syntax.nodes import (
     Call,
     Expression,
     Name,
-    Negative,
     Number,
     Power,
     Product,
     Quotient,
     Sum,
-    calls,
     terms,
-    walk,
 )
 from solver.accuracy.rule_sides import gross, leads_to_zero, sides, size
 from solver.numerics.linear_algebra import Array
@@ -296,36 +293,6 @@ def accepted(
     scaled = np.abs(found.miss) / np.where(found.moves > 0.0, found.moves, 1.0)
     left = tuple([equations[place] for place in np.flatnonzero(~found.holds).tolist()])
     return float(np.max(scaled[found.holds], initial=0.0)), left
-
-
-def multiplied_out(model: Model, equations: Sequence[Equation], values: Values) -> Array:
-    """The sizes (n,) of rules' terms, with brackets multiplied out except divisors and functions of
-    them. Undefined terms are nan, or do not count."""
-    known, found = shapes(model).of(equations), np.zeros(len(equations))
-    point = _point(known, values)
-    for family in known.families:
-        columns = dict(zip(family.first.names, point[family.columns], strict=True))
-        rows = _Columns(columns, family.numbers, len(family.places))
-        with np.errstate(all="ignore"), suppress(Undefined):
-            for term in terms(*family.first.sides):
-                found[family.places] += rows.of(_spread(term))
-    return found
-
-
-def _spread(node: Expression) -> Expression:
-    """The sum of the sizes of the terms of an expression with brackets multiplied out."""
-    match node:
-        case Sum(terms) if not any(calls(node)):
-            return Sum(tuple(map(_spread, terms)))
-        case Negative(operand):
-            return _spread(operand)
-        case Product(left, right):
-            return Product(_spread(left), _spread(right))
-        case Quotient(left, right) if not any(isinstance(part, Sum) for part in walk(right)):
-            return Quotient(_spread(left), Call("abs", (right,)))
-        case Power(base, Number(exponent)) if exponent >= 1.0:
-            return Power(_spread(base), node.exponent)
-    return Call("abs", (node,))
 
 
 def sizes_of(

@@ -309,25 +309,21 @@ def uncertainty(problem: BlockProblem, point: Point, share: float = BACKWARD) ->
 
 def _sparse_uncertainty(problem: BlockProblem, sparse: SparseMap, point: Point) -> Uncertainty:
     """The same for a large block. An unknown near 0 is measured by the change that would move one
-    of its rules by the size of its terms. A rule is not steep because much cancels in its brackets:
-    multiplied out, its terms are as large as its moves."""
-    from solver.accuracy.alike import evaluated, multiplied_out, sizes_of
+    of its rules by the size of its terms, with brackets multiplied out as its moves are."""
+    from solver.accuracy.alike import evaluated, sizes_of
 
-    asked = problem.graph.model, problem.kernel.equations, {**problem.here, **point}
-    found = evaluated(*asked)
+    found = evaluated(problem.graph.model, problem.kernel.equations, {**problem.here, **point})
     moves, gross = (np.where(np.isnan(size), np.inf, size) for size in (found.moves, found.gross))
-    terms = np.fmax(gross, multiplied_out(*asked))
-    x = np.array(list(point.values()))
-    entries = sparse[1](x)
+    terms, x = np.fmax(gross, moves), np.array(list(point.values()))
     with np.errstate(all="ignore"):
-        steepness = float(np.where(moves > 0.0, moves / terms, 0.0).max())
-    steepness = math.inf if math.isnan(steepness) else steepness
+        steepness = float(np.fmax.reduce(moves / gross, initial=0.0))
+    entries = sparse[1](x)
     try:
         factor = SparseFactor(entries, len(x))
     except ArithmeticError:
         return Uncertainty([math.inf] * len(x), steepness, math.inf)
     weight = sizes_of(x, terms, *entries)
-    relative = factor.spread(np.maximum(BACKWARD * moves, EPS * terms), weight)
+    relative = factor.spread(np.maximum(BACKWARD * moves, EPS * gross), weight)
     if not math.isfinite(relative):
         relative = math.inf
     return Uncertainty((relative * weight).tolist(), steepness, relative)
