@@ -15,7 +15,7 @@ import numpy as np
 from rulesheets.deadline import expect_time
 from rulesheets.evaluate import Undefined, derivatives, value
 from rulesheets.model import Equation
-from rulesheets.syntax.nodes import Number, degree, walk
+from rulesheets.syntax.nodes import Call, Number, degree, walk
 from solver.numerics.elimination import independent_rows
 from solver.numerics.linear_algebra import Array
 from solver.numerics.tolerances import ON_RULES, REPEATED
@@ -411,10 +411,11 @@ def _generic_point(graph: ModelGraph, rules: Sequence[Equation]) -> dict[str, fl
     explicit rules give: the first at which every rule depends clearly on each of its names, else
     the one at which all do most."""
     names = list(dict.fromkeys(name for rule in rules for name in rule.names))
+    constants = [rule for rule in rules if len(rule.names) == 1]
     found = dict[float, dict[str, float]]()
     for number, point in enumerate(_starts(graph, rules, names)):
         for _ in range(ITERATIONS):
-            point = _told(rules if number % 2 else (), point)
+            point = _told(rules if number % 2 else constants, point)
             try:
                 misses, slopes = _linearized(rules, names, point)
             except (Undefined, OverflowError):
@@ -453,12 +454,14 @@ def _starts(
 
 def _told(rules: Sequence[Equation], point: Mapping[str, float]) -> dict[str, float]:
     """The point with the values of names that rules give explicitly, whatever their size or sign;
-    those that are 0 stay."""
+    a function that is 0 here need not be so elsewhere."""
     found, told = dict(point), set[str]()
     for name, side in (pair for rule in rules for pair in rule.definitions):
         if name not in told:
             with suppress(Undefined, OverflowError):
-                found[name] = value(side, found) or found[name]
+                number = value(side, found)
+                if number or not any(isinstance(part, Call) for part in walk(side)):
+                    found[name] = number
                 told.add(name)
     return found
 

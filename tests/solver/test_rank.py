@@ -4,7 +4,9 @@ numbers."""
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from decimal import Decimal
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -445,3 +447,15 @@ def test_independent_rules_are_chosen_where_most_numbers_have_no_root(speed: flo
         found = solver.solve(rulesheets.loads(rules), {"vp": vp, **known})
         assert str(found.status) == "solved" and found.complete
         assert found[asked] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("more", ["s = 0", "s = 0\nG = 3*s + s*v", "s = 0\nG = F + s\nw = 2*G"])
+@pytest.mark.parametrize("rules", [*permutations(["F = P/v", "P = F*v", "tau = v/F"])])
+def test_rules_that_repeat_one_another_are_left_beside_a_quantity_of_0(
+    rules: Sequence[str], more: str
+) -> None:
+    found = solved("\n".join([*rules, more]), {"P": 100.0, "tau": 10.0})
+    assert str(found.status) == "solved" and found.complete
+    assert [answer["v"] for answer in found.solutions] == pytest.approx(
+        [math.sqrt(1000.0), -math.sqrt(1000.0)]
+    )
