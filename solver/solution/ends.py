@@ -107,10 +107,12 @@ class Ends:
         unknowns: tuple[str, ...],
         listed: Sequence[Values],
         cut: bool,
+        turns: bool = True,
     ) -> None:
-        """Record where a step may have more answers than are listed, the first of each step."""
+        """Record where a step may have more answers than are listed, the first of each step;
+        ``turns``: it may be that they differ by whole turns."""
         self.complete = self.complete and complete
-        if not self.graph.weighed.isdisjoint(unknowns):
+        if turns and not self.graph.weighed.isdisjoint(unknowns):
             self.turned, complete = True, False
         if complete or equations in self.gaps:
             return

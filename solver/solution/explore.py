@@ -292,13 +292,14 @@ class PathSearch(Ends):
         self, branch: Branch, step: Step, equation: int, unknown: str
     ) -> bool | Forks | None:
         """None: continue; True: plan again; False: ended; else the forks."""
-        outcome, cut = self._stepped(branch, equation, unknown), False
-        if not outcome.complete:
+        outcome, cut, turns = self._stepped(branch, equation, unknown), False, False
+        if not outcome.complete or unknown in self.graph.weighed:
             isolation, _ = self.graph.isolated(equation, self.graph.number[unknown])
-            cut = isolation is not None and isolation.proven
+            cut = not outcome.complete and isolation is not None and isolation.proven
+            turns = isolation is None or isolation.period is not None
         values = [self._unless_rounding(branch, equation, unknown, v) for v in outcome.values]
         listed = [{unknown: value} for value in values]
-        self.note(outcome.complete, (equation,), (unknown,), listed, cut)
+        self.note(outcome.complete, (equation,), (unknown,), listed, cut, turns)
         self.delicate |= outcome.delicate
         self.rounded |= outcome.rounded
         if outcome.fact is not None:

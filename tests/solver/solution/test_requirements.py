@@ -99,6 +99,20 @@ def test_a_requirement_tells_where_to_search() -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("rules", "complete"),
+    [
+        ("phi >= 0\nphi <= 90\np = -phi", True),
+        ("phi >= 0\nphi <= 180\np = 180 - phi", True),
+        ("phi >= 0\np = -phi", False),  # phi = 413.1, too
+        ("p >= 0\np <= 400\np = -phi", False),
+    ],
+)
+def test_an_angle_that_a_sum_gives_has_no_turns_of_its_own(rules: str, complete: bool) -> None:
+    result = solve(f"0.6 = cosd(phi)\n{rules}\nx = 3*cosd(p)")
+    assert str(result.status) == "solved" and result.complete is complete
+
+
 def test_plans_and_sweeps_leave_out_the_same_answers() -> None:
     sheet = rulesheets.loads("D*D = d\nif d > 20 then D < 0 else D > 1.5")
     plan = solver.prepare(sheet, ["d"])
