@@ -1,16 +1,17 @@
 """Which of several answers comes first: a rule on their numbers, the same wherever answers are
 listed.
 
-In this order: nearest to the guesses; fewest angles of a given tangent beyond a right one; fewest
-negative values (angles aside, and variables whose declared range reaches below 0; a temperature,
-mass or pressure below its zero counts double), a trivial zero counting as one; fewest trivial
-zeros, factors among them; the smoothest, where rules of one form pass a quantity on from place to
-place; fewest angles beyond a right one, or beside the values of the inverse function where their
-sine or cosine is known; sizes near to those that the rules and the inputs suggest, within half a
-decade of the nearest; angles, and times and frequencies inside periodic functions, nearest to 0;
-the nearest sizes; and for what is still alike, fewest negative angles, and the variables one by
-one, in the order of their names. Away from guesses, answers with a number of unlikely size come
-after all others, the farthest last. Nothing depends on the order of rules or variables.
+In this order: nearest to the guesses; fewest angles of a given tangent beyond a right one, and
+signs other than those of values in the sheet; fewest negative values (angles aside, and variables
+whose declared range reaches below 0; a temperature, mass or pressure below its zero counts double),
+a trivial zero counting as one; fewest trivial zeros, factors among them; the smoothest, where rules
+of one form pass a quantity on from place to place; fewest angles beyond a right one, or beside the
+values of the inverse function where their sine or cosine is known; sizes near to those that the
+rules and the inputs suggest, within half a decade of the nearest; angles, and times and frequencies
+inside periodic functions, nearest to 0; the nearest sizes; and for what is still alike, fewest
+negative angles, and the variables one by one, in the order of their names. Away from guesses,
+answers with a number of unlikely size come after all others, the farthest last. Nothing depends on
+the order of rules or variables.
 
 The sign of an angle says nothing, nor that of what follows from one alone or swings, nor of a kind
 of quantity that has negative values anyhow, given or in every answer (``signs.py``): where a crank
@@ -176,6 +177,8 @@ class Ranking(Sizes):
             None if name in positive else signs.kinds.get(name) for name in self.names
         ]
         self._aside = [name in signs.aside for name in self.names]
+        values = [model.variables[name].value for name in self.names]
+        self._own = [value if isinstance(value, float) else 0.0 for value in values]
         self._phases = [name in signs.phases for name in self.names]
         self._trivial = [(name, 0.0) not in signs.codes for name in self.names]
         self._cancels = [name in signs.differences for name in self.names]
@@ -305,6 +308,8 @@ class Ranking(Sizes):
             negatives = negatives + weights[place] * below
             if floor > -np.inf:
                 negatives = negatives + (number < floor - least)
+            if own := self._own[place]:
+                back = back + (number > least if own < 0.0 else number < -least) * there
             zeros = zeros + (1.0 - there) * (tops[place] > least) * self._trivial[place]
             steps = (abs(apart[place]) if sizes[1][place] else apart[place]) / UNLIKELY
             far = on.largest([far, on.rounded(steps - 0.5) * there])

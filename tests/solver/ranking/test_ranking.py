@@ -689,3 +689,21 @@ def test_a_loss_is_small_with_a_name_or_without(sheet: str, flow: float) -> None
     power = 8.6 * flow * (96 - 1.1 * flow**2)
     result = solver.solve(rulesheets.loads(f"{sheet}\nP = 8.6*Q*H"), {"P": power, "G": 96.0})
     assert result["Q"] == pytest.approx(flow)
+
+
+@pytest.mark.parametrize("x", [3.0, -3.0])
+@pytest.mark.parametrize("y", [4.0, -4.0])
+def test_an_unknown_has_the_sign_of_its_value_in_the_sheet(x: float, y: float) -> None:
+    """The squares leave signs open, and of u, v and w some are negative whatever is chosen."""
+    sheet = f"variables\n  x = {x}\n  y = {y}\nrules\n"
+    rules = "q = x^2 + y^2\np = x^2 - y^2\nu = -x*(y + 9)\nv = -3*y - 2*x\nw = x*y"
+    model = rulesheets.loads(sheet + rules)
+    asked = {"q": 25.0, "p": -7.0, "x": None, "y": None}
+    result = solver.solve(model, asked)
+    assert len(result.solutions) == 4 and result.complete
+    assert (result["x"], result["y"]) == pytest.approx((x, y))
+    plan = solver.prepare(model, ["q"], ["x", "y"], asked)
+    for scale in (1.0, 1.1, 1.7):
+        first = solver.solve(model, {**asked, "q": 25.0 * scale}, ["x", "y"])
+        assert plan(25.0 * scale) == pytest.approx((first["x"], first["y"]))
+        assert (first["x"] > 0.0, first["y"] > 0.0) == (x > 0.0, y > 0.0)
