@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
@@ -237,8 +237,23 @@ def _respelt(program: Program, inside: Nodes) -> Iterator[Diagnosis]:
 
 def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
     """Notes on names without a row that are like a row: like one that no rule reads; or like any,
-    where all other names have rows and this one stands in one rule only."""
+    where all other names have rows and this one stands in one rule only. In a function, notes on
+    locals that are like an argument or a result that no rule of it reads."""
     rows = [row.name for row in program.rows]
+    told = "has no row under `variables`, where {} has one"
+    yield from _unlike(rows, read, program.rules, told)
+    for function in program.functions.values():
+        head, rules = (*function.arguments, *function.results), (*rules_of(function),)
+        inside = dict.fromkeys(n for r in rules for b in bodies(r.body) for n in b.names)
+        told = f"is a local of {function.name}, where no rule reads {{}}"
+        own = [name for name in inside if name not in function.parameters]
+        if not inside.keys() >= {*head}:
+            yield from _unlike(head, own, rules, told)
+
+
+def _unlike(
+    rows: Sequence[str], read: Collection[str], rules: Iterable[nodes.Rule], told: str
+) -> Iterator[Diagnosis]:
     unread = [row for row in rows if row not in read]
     others = [name for name in read if name not in rows and "." not in name]
     for name in others if len(others) <= MAX_NAMED else ():
@@ -246,12 +261,11 @@ def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
         sure = closest(name, unread)
         near = sure or closest(name, alike)
         if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
-            every = (body for rule in program.rules for body in bodies(rule.body))
+            every = (body for rule in rules for body in bodies(rule.body))
             uses = [body for body in every if name in body.names]
             if uses and (sure or len(uses) == 1):
                 place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
-                message = f"{name} has no row under `variables`, where {near} has one"
-                notes = (f"is {near} meant?",)
+                message, notes = f"{name} {told.format(near)}", (f"is {near} meant?",)
                 yield Diagnosis("E221", Severity.NOTE, message, labels((place, "")), notes)
 
 

@@ -81,3 +81,15 @@ def test_signs_that_look_alike_are_read_alike_in_units(unit: str) -> None:
         rulesheets.loads(f"variables\n  a = 1 [{one}]\nrules\n  b = a\n") for one in (unit, alike)
     )
     assert written.variables["a"].measure == looking.variables["a"].measure
+
+
+@pytest.mark.parametrize("kind", SLIPS)
+@pytest.mark.parametrize("name", ["length", "breadth", "area"])
+def test_a_misspelt_name_of_a_function_is_told_where_it_stands(kind: str, name: str) -> None:
+    written = SLIPS[kind](name, 2, "q")
+    rules = "area = length*breadth + half\n  half = spare/2".replace(name, written)
+    head = "function f(length, breadth; area)\nparameters spare\nrules\n  "
+    model = rulesheets.loads(f"spare = 4\ny = f(2, 3)\n{head}{rules}\n")
+    (note,) = model.notes
+    assert note.code == "E221" and note.notes == (f"is {name} meant?",)
+    assert note.labels[0].span.text == written
