@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from functools import partialmethod
 from typing import assert_never
 
@@ -14,6 +14,7 @@ from rulesheets.model import Model, Value
 from rulesheets.syntax.nodes import And, Name, Power, names, walk
 from solver import facts
 from solver.leaves import Asked, Leaf, conditions_without_value
+from solver.path import activity
 from solver.path.planner import planner
 from solver.solution.remedy import (
     Patience,
@@ -391,7 +392,18 @@ class _Explanation:
         else:
             note = f"no other variable determines {listed(missing)}: add a rule that does"
         message = f"the inputs do not determine {listed(missing)}"
-        return self._error("S510", message, (), missing, *self._misspelt(missing), note)
+        idle = self._idle(missing)
+        why = ("no condition of this rule holds, so it asks nothing",) * bool(idle)
+        notes = (*self._misspelt(missing), note, *why)
+        return self._error("S510", message, idle[:MAX_NAMED], missing, *notes)
+
+    def _idle(self, missing: Collection[str]) -> Sequence[int]:
+        """The conditional rules for missing names of which no case holds."""
+        assert self.leaf is not None
+        mine = [e for e in self.model.equations if e.guard and not {*missing}.isdisjoint(e.names)]
+        outcomes = self.leaf.branch.conditions
+        active = {e.rule for e in mine if activity(e, outcomes) is not False}
+        return [e.index for e in mine if e.rule not in active]
 
     def _free(self, leaf: Leaf) -> tuple[str, ...]:
         """The missing names that stay free where every open condition holds on what is determined

@@ -408,3 +408,12 @@ def test_a_duct_without_friction_is_refused_with_its_reason() -> None:
     result = solver.solve(rulesheets.loads(sheet), known)
     assert str(result.status) == "infeasible"
     assert "division by 0" in result.diagnoses[0].message
+
+
+@pytest.mark.parametrize("t", [-1.0, 0.0, 19.0, 20.0, 95.0])
+def test_a_table_says_that_no_condition_of_it_holds(t: float) -> None:
+    table = "if t < 0 then y = t else if t < 10 then y = 1 + t else if t < 20 then y = 11"
+    result = solve(table, "w = 2*y", t=t)
+    assert str(result.status) == ("partial" if t >= 20.0 else "solved")
+    assert ("no condition of this rule holds" in said(result)) is (t >= 20.0)
+    assert (table in said(result)) is (t >= 20.0)
