@@ -248,26 +248,20 @@ class _Explanation:
         requirement = self.model.requirements[fact.requirement]
         said = [f"{name} = {_text(fact.values[name])}" for name in requirement.names]
         inputs_only = all(name in self.inputs for name in requirement.names)
-        answer = (
-            "no answer"
-            if self.verdict.status is facts.Status.INFEASIBLE
-            else "no answer that was found"
-        )
+        proven = self.verdict.status is facts.Status.INFEASIBLE
+        answer = "no answer" if proven else "no answer that was found"
         who = f"{listed(said)} do" if len(said) > 1 else f"{said[0]} does"
-        message = (
-            f"{who} not meet this requirement"
-            if inputs_only
-            else f"{answer} meets this requirement"
-        )
+        message = f"{who} not meet" if inputs_only else f"{answer} meets"
         short = f": it is missed by {number_text(rounded(fact.miss))}" if fact.miss else ""
         short = ": its sides are equal" if fact.miss == 0.0 else short
         notes = [] if inputs_only else [f"the answer nearest to it has {listed(said)}"]
-        if answer != "no answer" and notes:
+        if notes and not proven:
             unknown = [name for name in requirement.names if name not in self.inputs]
             notes.append(f"give a guess for {listed(unknown)} to look for others")
         mine = self._bounds((), requirement.names, requirement.names)
         labels = (Label(requirement.rule),)
-        told = message + short, labels, (*notes, *mine), requirement.names
+        message += f" this requirement{short}"
+        told = message, labels, (*notes, *mine), requirement.names
         return Diagnosis("S535", Severity.ERROR, *told)
 
     def _out_of_time(self, known: Sequence[str]) -> Diagnosis:
@@ -277,11 +271,7 @@ class _Explanation:
             message = f"the time was up: {plural(count, 'answer')} found, and there may be others"
             return self._note("S553", message, ())
         message = "the time was up before an answer was found"
-        shown = (
-            f"until then {listed(known)} had a value"
-            if known
-            else "until then nothing was determined"
-        )
+        shown = f"until then {listed(known or ['nothing'])} had a value"
         cure = "give more time, or a guess or a range for one of the unknowns"
         missing = tuple(name for name in self.judged if name not in known)
         return self._error("S553", message, (), missing, cure, shown)
