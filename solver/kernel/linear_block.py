@@ -219,14 +219,20 @@ class _NearlySingular:
         sizes = np.abs(scaled)
         for share in (0.0, CANCELLED):
             yield (np.where(sizes > share * sizes.max(), scaled, 0.0) / self.columns).tolist()
+        # then that with the unknowns that are left free held there, and all others to their last
+        # places
+        left, free = self.dependent(lost), _pivots(self.v[kept:])
+        matrix, rhs = np.delete(self.a, left, axis=0), np.delete(self.b, left)
+        point = scaled / self.columns
+        others = np.delete(matrix, free, axis=1).tolist()
+        solution = solve_linear(others, (rhs - matrix[:, free] @ point[free]).tolist()).solution
+        if solution is not None and None not in solution:
+            point[np.delete(np.arange(len(point)), free)] = solution
+            yield point.tolist()
 
     def dependent(self, lost: int) -> list[int]:
         """Rows that follow from the others: pivots of the combinations (lost, n) that are 0 = 0."""
-        found, zeros = [], self.u[:, len(self.s) - lost :].T.copy()
-        for k, row in enumerate(zeros):
-            found.append(int(np.argmax(np.abs(row))))
-            zeros[k + 1 :] -= np.outer(zeros[k + 1 :, found[-1]] / row[found[-1]], row)
-        return found
+        return _pivots(self.u[:, len(self.s) - lost :].T)
 
     def contradiction(self, problem: BlockProblem, lost: int) -> BlockOutcome:
         """The equations whose left sides combine to 0 = 0, and the combination of their right
@@ -238,6 +244,15 @@ class _NearlySingular:
         miss = float(worst @ self.b / worst[last] * self.rows[last])
         rows = tuple(problem.equations[i] for i in involved)
         return BlockOutcome(complete=True, facts=(Conflict(rows, miss, dict(problem.values)),))
+
+
+def _pivots(rows: Array) -> list[int]:
+    """The columns of the pivots of rows (k, n) as they are eliminated in turn."""
+    found, left = list[int](), rows.copy()
+    for k, row in enumerate(left):
+        found.append(int(np.argmax(np.abs(row))))
+        left[k + 1 :] -= np.outer(left[k + 1 :, found[-1]] / row[found[-1]], row)
+    return found
 
 
 def solve_linear_block(problem: BlockProblem, off: InputErrors) -> BlockOutcome | None:

@@ -459,3 +459,41 @@ def test_rules_that_repeat_one_another_are_left_beside_a_quantity_of_0(
     assert [answer["v"] for answer in found.solutions] == pytest.approx(
         [math.sqrt(1000.0), -math.sqrt(1000.0)]
     )
+
+
+@pytest.mark.parametrize("share", [0.5, 0.4])
+@pytest.mark.parametrize("load", [26.4, 26.5, 27.1])
+@pytest.mark.parametrize("first", [True, False])
+def test_the_balance_of_all_forces_repeats_those_of_the_parts(
+    share: float, load: float, first: bool
+) -> None:
+    """Two loads on a beam, one at an unknown place, and a check that says nothing new."""
+    rules = f"""A1 = {share}*G
+    B1 = (1 - {share})*G
+    A2 = 30*(1 - u)
+    B2 = 30*u
+    A = A1 + A2 + 2.4
+    B = B1 + B2 + 2.4
+    w = G^2*u"""
+    check = "A + B = G + 30 + 0.6*8"
+    text = f"{check}\n{rules}" if first else f"{rules}\n{check}"
+    found = solved(text, {"A": load, "w": 57.6})
+    # u = 1 - (A - 2.4 - share*G)/30
+    slope, start = share / 30, 1 - (load - 2.4) / 30
+    roots = [r.real for r in numpy.roots([slope, start, 0.0, -57.6]) if abs(r.imag) < 1e-9]
+    assert str(found.status) == "solved" and found.complete
+    assert sorted(answer["G"] for answer in found.solutions) == pytest.approx(sorted(roots))
+
+
+@pytest.mark.parametrize("beam", [2.4, 2.5, 0.7])
+def test_a_balance_that_rounding_breaks_leaves_the_loads_free(beam: float) -> None:
+    """Of the load G in the middle and the place of another neither is determined."""
+    found = solved(f"""A1 = G/2
+    B1 = G/2
+    A2 = 30*(1 - u)
+    B2 = 30*u
+    A = A1 + A2 + {beam}
+    B = B1 + B2 + {beam}
+    A + B = G + 30 + {2 * beam}
+    A = 26.4""")
+    assert str(found.status) == "partial" and {"G", "u"} <= {*found.undetermined}
