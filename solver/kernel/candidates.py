@@ -79,7 +79,7 @@ class Candidates:
         self.nearest: tuple[Point, tuple[float, ...]] = {}, ()
         self.attempts: list[Attempt] = []
         self.strays = self.dull = 0
-        self.accidental = False
+        self.accidental = set[str]()
 
     def tried(self, method: Method, complete: bool = False) -> None:
         """Record the new answers of a method."""
@@ -484,7 +484,8 @@ class BlockOutcome(NamedTuple):
     are near roots that are proven to exist, but that floats cannot represent well enough to be
     answers; with them all would be known if ``whole``. ``doubtful``: rounding may have decided
     whether a linear block determines its unknowns, or contradicts itself. ``cut``: there are more
-    answers than are listed. ``accidental``: a rule is 0/0 somewhere for these known numbers alone.
+    answers than are listed. ``accidental``: known numbers without which some rule would not be 0/0
+    somewhere.
     """
 
     answers: tuple[Answer, ...] = ()
@@ -499,7 +500,7 @@ class BlockOutcome(NamedTuple):
     whole: bool = False
     doubtful: bool = False
     cut: bool = False
-    accidental: bool = False
+    accidental: frozenset[str] = frozenset()
 
     @property
     def delicate(self) -> bool:

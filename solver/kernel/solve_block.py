@@ -359,7 +359,7 @@ class _Methods:
             unresolved=tuple(candidates.unresolved),
             whole=self.whole or self.complete,
             cut=cut,
-            accidental=candidates.accidental,
+            accidental=frozenset(candidates.accidental),
         )
 
 

@@ -233,16 +233,25 @@ class TearSearch:
         undefined = [x for x in inside if type(self._followed(place, x)) is ZeroDivisionError]
         points = dict.fromkeys((0.0, 1.0, *filter(math.isfinite, (low, high)), *undefined))
         holes = [x for x in points if self._is_hole(place, x)]
-        numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
-        others = [(v or 1.0) * (1.0 - 1.0 / (3.0 + k)) for k, v in enumerate(given)]
-        self.candidates.accidental |= any(
-            x not in undefined and not numerator.is_zero_at(x, others) for x in holes
-        )
+        for x in holes:
+            if x not in undefined:
+                self.candidates.accidental |= self._that_move(place, x)
         beside = (self._along(place, x + BESIDE_HOLE * (abs(x) or 1.0)) for x in holes)
         self.candidates.holes += [
             point for point in beside if point and self.candidates.nearly(point, ROUGHLY)
         ]
         return holes
+
+    def _that_move(self, place: int, x: float) -> set[str]:
+        """The known numbers without which the residual's numerator would not be 0 at a point."""
+        numerator = self.kernel.enclosure(place).numerator or self.kernel.enclosure(place)
+        given, names = self.problem.known, self.problem.kernel.known
+        others = [(v or 1.0) * (1.0 - 1.0 / (3.0 + k)) for k, v in enumerate(given)]
+        if numerator.is_zero_at(x, others):
+            return set()
+        moved = ((*given[:k], other, *given[k + 1 :]) for k, other in enumerate(others))
+        alone = {n for n, at in zip(names, moved, strict=True) if not numerator.is_zero_at(x, at)}
+        return alone or {*names}
 
     def _without_holes(self, place: int, search: RootSearch) -> RootSearch:
         """The search without boxes around exact points at which the residual is 0/0.

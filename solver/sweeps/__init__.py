@@ -198,7 +198,7 @@ class Plan:
         leaves = verdict.leaves if solved else ()
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
-        accidental = any(outcome.accidental for outcome in found.outcomes.values())
+        accidental = any(not o.accidental <= self.given.keys() for o in found.outcomes.values())
         if not (verdict.reread or accidental) and _finite(numbers):
             left = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved)
             ended = (leaf for leaf in left if blocked(self.model, leaf))

@@ -276,6 +276,21 @@ def test_a_row_with_a_root_where_a_rule_is_undefined_teaches_nothing() -> None:
         assert min(abs(one - r) for one in found) < 1e-9
 
 
+def test_what_is_undefined_for_fixed_numbers_alone_keeps_no_row_from_a_record() -> None:
+    """A throw from the ground, h = 0, is 0/0 without a speed, at any speed of the launch."""
+    sheet = (
+        "vx = v0*cosd(theta)\nvy = v0*sind(theta)\nR = vx*t\nh + vy*t - g*t^2/2 = 0\n"
+        "H = h + vy^2/(2*g)"
+    )
+    model = rulesheets.loads(f"variables\n  R = 560\n  h = 0\n  H = 72\nrules\n{sheet}\n")
+    plan = solver.prepare(model, ["v0"], ["theta", "g"])
+    assert len(plan.all(82.0)) == 2
+    assert plan.records.programs
+    for v0 in (60.0, 75.0, 110.0):
+        told = [(one["theta"], one["g"]) for one in solver.solve(model, {"v0": v0}).solutions]
+        assert plan.all(v0) == [pytest.approx(one) for one in told]
+
+
 def _answers(plan: solver.Plan, number: float) -> list[float]:
     """The answers at a number; none where it is refused as infeasible."""
     try:
