@@ -20,6 +20,7 @@ from solver.path import (
     Isolation,
     Let,
     Parabola,
+    Quadratic,
     Select,
     SolveBlock,
     Stage,
@@ -112,12 +113,8 @@ class Inverses(Guards):
     # --- stages ---
 
     def _preimages(self, state: State, isolation: Isolation) -> list[int]:
-        if (form := isolation.quadratic) is not None:
-            parts = (self._expression(state, part) for part in (form.a, form.b, form.c))
-            on = NodeNumbers(self.flow, state, set())
-            one, other = (
-                root.node for root in on.roots(*(Number(self.flow, part) for part in parts))
-            )
+        if isolation.quadratic is not None:
+            one, other = self._roots_of(state, isolation.quadratic)
             larger = self.flow.add("lt", other, one)
             pairs = (one, other), (other, one)
             return [self.flow.add("where", larger, *pair) for pair in pairs]
@@ -129,6 +126,12 @@ class Inverses(Guards):
                     state, isolation, stage, isolation.stages[place + 1 :], targets
                 )
         return targets
+
+    def _roots_of(self, state: State, form: Quadratic) -> list[int]:
+        """The two roots of a quadratic equation, in no order."""
+        parts = (self._expression(state, part) for part in (form.a, form.b, form.c))
+        on = NodeNumbers(self.flow, state, set())
+        return [root.node for root in on.roots(*(Number(self.flow, part) for part in parts))]
 
     def _undone(self, state: State, stage: Stage, target: int) -> list[int]:
         flow = self.flow

@@ -386,6 +386,9 @@ class Recording(StepRecording):
                     )
                     return self.flow.true
             case OutOfRange(equation, unknown):
+                for step in leaf.branch.attempts:
+                    if equation in step.equations:
+                        return self._block_stays_out(state, step)
                 self._use(state, (equation,))
                 return self._out_of_range(state, equation, unknown)
         raise NotCompilable
@@ -498,15 +501,31 @@ class Recording(StepRecording):
         variable = self.model.variables[unknown]
         isolation = self._isolation(equation, unknown)
         self._expect_known(state, equation, unknown)
+        form = isolation.quadratic
+        found = self._roots_of(state, form) if form else self._preimages(state, isolation)
         return self.flow.over(
-            "and",
-            (
-                self._outside(
-                    node, variable.low, variable.high, self._margin(state, equation, node)
-                )
-                for node in self._preimages(state, isolation)
-            ),
+            "and", [self._is_outside(state, equation, variable, node) for node in found]
         )
+
+    def _is_outside(self, state: State, equation: int, variable: Variable, node: int) -> int:
+        """Whether a number is beyond an end of a range, by a margin unless it is the same in every
+        row."""
+        number = 0.0 if vanishes(self.flow, node) else self.flow.value_of(node)
+        if number is not None:
+            return self.flow.constant(not variable.admits(float(number)))
+        margin = self._margin(state, equation, node)
+        return self._outside(node, variable.low, variable.high, margin)
+
+    def _block_stays_out(self, state: State, step: SolveBlock) -> int:
+        """Every candidate of a block stays refused, by its checks or its ranges."""
+        self._use(state, step.equations)
+        for one, found in self._candidates(state, step):
+            self._on(state)
+            conditions = [*one.checks[len(state.checks) :], *self._in_ranges(found)]
+            if all(map(self._numbers, conditions)):
+                raise NotCompilable
+            self._stays_out(conditions)
+        return self.flow.true
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """For each candidate the first check that failed at the sample and clearly fails."""
