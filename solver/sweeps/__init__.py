@@ -198,7 +198,7 @@ class Plan:
         leaves = verdict.leaves if solved else ()
         rows = [tuple(leaf.branch.values.get(n, math.nan) for n in self.want) for leaf in leaves]
         rows = [rows[place] for place in different(rows)]
-        accidental = any(not o.accidental <= self.given.keys() for o in found.outcomes.values())
+        accidental = any(not o.accidental <= self._fixed for o in found.outcomes.values())
         if not (verdict.reread or accidental) and _finite(numbers):
             left = (leaf for leaf in (*found.leaves, *found.open_cases) if not leaf.solved)
             ended = (leaf for leaf in left if blocked(self.model, leaf))
@@ -211,6 +211,12 @@ class Plan:
             elif verdict.status is Status.INFEASIBLE:
                 self.records.refuse(numbers, found)
         return verdict.status, rows, verdict
+
+    @cached_property
+    def _fixed(self) -> frozenset[str]:
+        """The names whose values are the same in every row."""
+        free = planner(self.model).path(frozenset(self.given), {}).undetermined
+        return frozenset(self.model.variables) - {*free}
 
     def _briefly(self, numbers: Row) -> Status | None:
         """The status of a row as far as a brief search tells, None if it takes more digits; an
