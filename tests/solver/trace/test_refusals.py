@@ -354,7 +354,7 @@ NOT_EVERYWHERE = [
 
 @pytest.mark.parametrize(("rule", "declared"), NOT_EVERYWHERE)
 @given(block=st.sampled_from(TWO_ROOTS), data=st.data())
-@settings(max_examples=6)
+@settings(max_examples=4)
 def test_an_answer_where_a_branch_gets_a_value_is_not_missed(
     block: tuple[str, dict[str, float]], rule: str, declared: str, data: st.DataObject
 ) -> None:
