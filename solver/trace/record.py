@@ -519,9 +519,10 @@ class Recording(StepRecording):
     def _block_stays_out(self, state: State, step: SolveBlock) -> int:
         """Every candidate of a block stays refused, by its checks or its ranges."""
         self._use(state, step.equations)
+        asked = len(state.checks)
         for one, found in self._candidates(state, step):
             self._on(state)
-            conditions = [*one.checks[len(state.checks) :], *self._in_ranges(found)]
+            conditions = [*one.checks[asked:], *self._in_ranges(found)]
             if all(map(self._numbers, conditions)):
                 raise NotCompilable
             self._stays_out(conditions)
@@ -529,9 +530,10 @@ class Recording(StepRecording):
 
     def _every_out(self, state: State, step: SolveBlock) -> Iterator[int]:
         """For each candidate the first check that failed at the sample and clearly fails."""
+        asked = len(state.checks)
         for one, _ in self._candidates(state, step):
             self._on(state)
-            checks = one.checks[len(state.checks) :]
+            checks = one.checks[asked:]
             place = next(
                 (k for k, c in enumerate(checks) if self._numbers(c) is False), len(checks)
             )
