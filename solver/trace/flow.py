@@ -250,15 +250,17 @@ class Flow(Graph):
 
     # --- conditions ---
 
-    def compare(self, operator: str, left: int, right: int) -> int:
-        """The node of a comparison of two numbers."""
+    def compare(self, operator: str, left: int, right: int, error: float | None = None) -> int:
+        """The node of a comparison of two numbers; with an ``error`` none that this may decide."""
         if operator in ("=", "<>"):
-            same = self._same(left, right)
+            same = self._same(left, right, error or 0.0)
             return same if operator == "=" else self.add("not", same)
+        if error is not None:
+            self.decide(left, right, error)
         pair = (left, right) if operator[0] == "<" else (right, left)
         return self.add("le" if operator.endswith("=") else "lt", *pair)
 
-    def _same(self, left: int, right: int) -> int:
+    def _same(self, left: int, right: int, error: float) -> int:
         for angle, other in ((left, right), (right, left)):
             known, number = self._directions.get(angle), self.value_of(other)
             if known is None or known.unit != "d" or not isinstance(number, float):
@@ -270,9 +272,9 @@ class Flow(Graph):
                 # certain.
                 self.require(self.beyond(known.y, NEAR, self.add("abs", known.x)))
                 return self.false
-        return self.decide(left, right)
+        return self.decide(left, right, error)
 
-    def decide(self, left: int, right: int, error: float = 0.0) -> int:
+    def decide(self, left: int, right: int, error: float) -> int:
         """Whether numbers are equal: where they are nearly so, or no further apart than an error,
         more digits than floats have decide."""
         add = self.add

@@ -121,9 +121,10 @@ class Guards:
                 sides = [self._expression(state, side) for side in (left, right)]
                 # decimals may decide between numbers that are no values of transcendental functions
                 made = {self.flow.nodes[node][0] for node in computed_from(self.flow, sides)}
+                error = None
                 if not LEAVES.issuperset(made) and ALGEBRAIC.issuperset(made):
-                    self.flow.decide(sides[0], sides[1], 4.0 * max(map(self._numbers.error, sides)))
-                return self.flow.compare(operator, *sides)
+                    error = 4.0 * max(map(self._numbers.error, sides))
+                return self.flow.compare(operator, sides[0], sides[1], error)
             case And(terms) | Or(terms):
                 join = "and" if isinstance(condition, And) else "or"
                 found = [self._condition(state, term) for term in terms]
