@@ -1,7 +1,7 @@
 """Drawings, plots and charts: the only room that imports matplotlib, used by commands and the page.
 
-This module has a figure at one answer: its strokes and points, its window and scale, and the places
-of its labels.
+This module has a figure at one answer: its strokes and points, its scale, and the places of its
+labels.
 """
 
 from __future__ import annotations
@@ -170,35 +170,6 @@ def picture_kind(
 _ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
 _BAR = 14.0
 """The least length of a scale bar in millimetres; rounding makes it less than twice as long."""
-
-
-class Window(NamedTuple):
-    """A rectangle of the plane of a diagram."""
-
-    left: float
-    bottom: float
-    right: float
-    top: float
-
-    @property
-    def width(self) -> float:
-        return self.right - self.left
-
-    @property
-    def height(self) -> float:
-        return self.top - self.bottom
-
-    def resized(self, width: float, height: float) -> Window:
-        """The window of that size with the same middle."""
-        x, y = (self.left + self.right) / 2, (self.bottom + self.top) / 2
-        return Window(x - width / 2, y - height / 2, x + width / 2, y + height / 2)
-
-
-def window(diagrams: Iterable[Diagram]) -> Window:
-    """The least window that holds every point of the diagrams."""
-    places = [place for diagram in diagrams for place in diagram.places.values()]
-    xs, ys = zip(*(places or [(0.0, 0.0)]), strict=True)
-    return Window(min(xs), min(ys), max(xs), max(ys))
 
 
 def scale(width: float, height: float, room: Place) -> float:

@@ -20,6 +20,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.transforms import Bbox
 from PIL import Image
 
 from rulesheets.checks import ARROWS
@@ -31,11 +32,9 @@ from solver.pictures import (
     Place,
     Stroke,
     View,
-    Window,
     bar,
     place,
     scale,
-    window,
 )
 
 GAP, HEAD, FOOT, TITLE, EDGE, ROW, KIND = 5.0, 6.0, 8.0, 7.0, 4.0, 4.5, 26.0
@@ -71,8 +70,8 @@ class Room(NamedTuple):
     of every slider, by the number of its stroke.
     """
 
-    place: Window
-    window: Window
+    place: Bbox
+    window: Bbox
     scale: float
     travel: Mapping[int, tuple[Place, Place]]
 
@@ -123,8 +122,9 @@ def layout(frames: Sequence[Sequence[View | None]], *, headed: bool = False) -> 
     for (row, column), (y, x) in cells.items():
         units, *size = extents[row]
         top, diagrams = up - above - tops[y], seen[row][column]
-        box = Window(lefts[x], top - heights[y], lefts[x] + widths[x], top)
-        rooms[row, column] = Room(box, window(diagrams).resized(*size), units, _travel(diagrams))
+        box = Bbox.from_bounds(lefts[x], top - heights[y], widths[x], heights[y])
+        around = _resized(window(diagrams), *size)
+        rooms[row, column] = Room(box, around, units, _travel(diagrams))
     middles = [left + width / 2 for left, width in zip(lefts, widths.values(), strict=False)]
     return Layout((across, up), rooms, tuple(middles) if count > 1 else (across / 2,), legend)
 
@@ -134,11 +134,23 @@ def text_width(text: str, points: float) -> float:
     return 0.215 * points * len(text)
 
 
+def window(diagrams: Iterable[Diagram]) -> Bbox:
+    """The least window that holds every point of the diagrams."""
+    places = [place for diagram in diagrams for place in diagram.places.values()] or [(0.0, 0.0)]
+    return Bbox([np.min(places, axis=0), np.max(places, axis=0)])
+
+
+def _resized(box: Bbox, width: float, height: float) -> Bbox:
+    """The box of that size with the same middle."""
+    x, y = (box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2
+    return Bbox([(x - width / 2, y - height / 2), (x + width / 2, y + height / 2)])
+
+
 def _extent(seen: Sequence[Sequence[Diagram]]) -> tuple[float, float, float]:
     """The scale and the size of the window, in units, of one figure of the sheet in all views."""
     windows = [window(diagrams) for diagrams in seen]
     width, height = max(w.width for w in windows), max(w.height for w in windows)
-    reach = max(abs(coordinate) for window in windows for coordinate in window)
+    reach = float(np.abs(windows).max())
     least = reach * (_FINEST if max(width, height) > 0.0 else 1.0)
     units = scale(max(width, least), height, _ROOM)
     captions = {f"(a) {diagram.title}" for diagrams in seen for diagram in diagrams}
@@ -193,7 +205,7 @@ class Pen:
 
     def __init__(self, axes: Axes, diagram: Diagram, room: Room) -> None:
         self.axes, self.diagram, self.room = axes, diagram, room
-        corner = complex(room.window.left, room.window.bottom)
+        corner = complex(*room.window.p0)
         places = diagram.places.items()
         self.spots = {name: (complex(*at) - corner) / room.scale for name, at in places}
         self.lines: list[tuple[complex, complex]] = []
@@ -243,7 +255,7 @@ class Pen:
     # --- the elements, in millimetres ---
 
     def _in_units(self, places: Sequence[complex]) -> tuple[list[float], list[float]]:
-        (left, bottom, *_), scale = self.room.window, self.room.scale
+        (left, bottom), scale = self.room.window.p0, self.room.scale
         xs, ys = ([left + at.real * scale for at in places], [at.imag for at in places])
         return xs, [bottom + y * scale for y in ys]
 
@@ -404,15 +416,15 @@ class _Sheet:
     def panel(self, diagram: Diagram, row: int, room: Room) -> Axes:
         """The axes of a diagram in the middle of its room, between its caption and its scale."""
         wide, high = room.window.width / room.scale, room.window.height / room.scale
-        middle, foot = (room.place.left + room.place.right) / 2, room.place.bottom + FOOT
-        left, bottom = middle - wide / 2, (foot + room.place.top - HEAD - high) / 2
+        middle, foot = (room.place.x0 + room.place.x1) / 2, room.place.y0 + FOOT
+        left, bottom = middle - wide / 2, (foot + room.place.y1 - HEAD - high) / 2
         place = left / self.width, bottom / self.height, wide / self.width, high / self.height
         axes = self.figure.add_axes(place, label=diagram.name)
         axes.set_axis_off()
-        axes.set_xlim(room.window.left, room.window.right)
-        axes.set_ylim(room.window.bottom, room.window.top)
+        axes.set_xlim(room.window.intervalx)
+        axes.set_ylim(room.window.intervaly)
         letter = chr(ord("a") + row % 26)
-        self.text(middle, room.place.top - HEAD / 2, f"({letter}) {diagram.title}", CAPTION)
+        self.text(middle, room.place.y1 - HEAD / 2, f"({letter}) {diagram.title}", CAPTION)
         # the scale bar with its length, and the scale in words
         length, unit = bar(room.scale), diagram.unit.replace("^2", "²").replace("^3", "³")
         half, y = length / room.scale / 2, foot - 2.0

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Sequence
-from functools import singledispatch
 from html import escape
 from typing import Any, NamedTuple
 
@@ -217,9 +216,21 @@ def latex(shown: Any) -> str:
     return ""
 
 
-@singledispatch
 def grid_of(shown: Any) -> Grid:
-    raise TypeError(type(shown))
+    match shown:
+        case Result():
+            return _result_grid(shown)
+        case Derivation():
+            return _derivation_grid(shown)
+        case Path():
+            return _path_grid(shown)
+        case Sensitivities():
+            heads, *rows = cells(shown, shown.inputs)
+            return Grid(heads, rows, range(1, len(heads)), after=_notes(shown.diagnoses))
+        case ToleranceBands():
+            return Grid(BAND, _band_rows(shown), {1, 2, 3}, after=_notes(shown.diagnoses))
+    rows = shown.rows(0, ROWS).lines()
+    return Grid((*shown, "status"), rows, range(len(shown)), after=more(len(shown.status)))
 
 
 def _notes(diagnoses: Iterable[Diagnosis]) -> str:
@@ -230,7 +241,6 @@ ANSWERS = 4
 """Answers side by side at most; of more the first alone is shown."""
 
 
-@grid_of.register
 def _result_grid(result: Result) -> Grid:
     """The variable sheet of a result and its messages."""
     rows = sheet_rows(result, every=len(result.solutions) <= ANSWERS)
@@ -242,14 +252,6 @@ def _result_grid(result: Result) -> Grid:
     return Grid(heads, cells, {1, *range(3, len(heads) - 2)}, after=after)
 
 
-@grid_of.register
-def _table_grid(table: Table) -> Grid:
-    """The first rows of a table, and how many more there are."""
-    rows = table.rows(0, ROWS).lines()
-    return Grid((*table, "status"), rows, range(len(table)), after=more(len(table.status)))
-
-
-@grid_of.register
 def _derivation_grid(derivation: Derivation) -> Grid:
     """The inputs, then the steps with their rules."""
     page = Page(derivation, Plain())
@@ -262,7 +264,6 @@ def _derivation_grid(derivation: Derivation) -> Grid:
     return Grid(("", "Rule", "Place"), rows, (), before, _notes(derivation.diagnoses))
 
 
-@grid_of.register
 def _path_grid(path: Path) -> Grid:
     """The steps in order, rules by their numbers in the model."""
     rows = []
@@ -273,15 +274,3 @@ def _path_grid(path: Path) -> Grid:
         rules = ", ".join(str(index + 1) for index in equations_of(step))
         rows.append((str(number), found + together, rules))
     return Grid(("Step", "Finds", "By rules"), rows)
-
-
-@grid_of.register
-def _sensitivities_grid(found: Sensitivities) -> Grid:
-    """Outputs down, inputs across, in the units that are shown."""
-    heads, *rows = cells(found, found.inputs)
-    return Grid(heads, rows, range(1, len(heads)), after=_notes(found.diagnoses))
-
-
-@grid_of.register
-def _bands_grid(bands: ToleranceBands) -> Grid:
-    return Grid(BAND, _band_rows(bands), {1, 2, 3}, after=_notes(bands.diagnoses))

@@ -24,7 +24,6 @@ from solver.pictures import (
     LabelRequest,
     Stroke,
     View,
-    Window,
     bar,
     diagram,
     inside,
@@ -33,9 +32,8 @@ from solver.pictures import (
     place,
     scale,
     variables,
-    window,
 )
-from solver.pictures.page import compose, draw_page, encode, gif, images, layout
+from solver.pictures.page import compose, draw_page, encode, gif, images, layout, window
 from tests.oracles.mechanisms import MECHANISMS, Mechanism
 
 MODELS = Path(__file__).parent.parent.parent.parent / "models"
@@ -205,7 +203,7 @@ def test_a_scale_bar_has_a_round_length(units: float) -> None:
 
 def test_a_figure_without_extent_has_a_scale() -> None:
     assert scale(0.0, 0.0, (50.0, 40.0)) == 1.0
-    assert window([]) == Window(0.0, 0.0, 0.0, 0.0)
+    assert window([]).bounds == (0.0, 0.0, 0.0, 0.0)
 
 
 # --- labels ---------------------------------------------------------------------
@@ -326,9 +324,9 @@ def test_anything_can_be_drawn(places) -> None:
     view = View("", (figure_of(places),))
     plan = layout([[view]])
     room, page = plan.rooms[0, 0], Figure()
-    assert room.window.left < room.window.right and room.window.bottom < room.window.top
+    assert room.window.x0 < room.window.x1 and room.window.y0 < room.window.y1
     wide = room.window.width / room.scale
-    assert all(-1e-3 <= (x - room.window.left) / room.scale <= wide + 1e-3 for x, _ in places)
+    assert all(-1e-3 <= (x - room.window.x0) / room.scale <= wide + 1e-3 for x, _ in places)
     offsets = draw_page(page, [view], plan)[0, 0]
     assert len(offsets) == len(page.axes[0].texts)
     assert all(math.isfinite(x) and math.isfinite(y) for x, y in offsets.values())
