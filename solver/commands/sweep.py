@@ -39,10 +39,9 @@ from solver.pictures import PICTURES, picture_kind
 from solver.report import table
 from solver.solution.solving import solve
 from solver.sweeps import prepare
-from solver.sweeps.curves import follow_sweep
+from solver.sweeps.curves import Branch, follow_sweep
 from solver.sweeps.sweep import Sink, followed, heads, resumed, work_of
 from solver.sweeps.sweep import run as streamed
-from solver.sweeps.tracing import Branch
 from solver.sweeps.work import Work
 from solver.sweeps.workers import solved_pieces
 

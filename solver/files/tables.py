@@ -450,10 +450,7 @@ deviations.
 
 
 class Samples(NamedTuple):
-    """``table`` has the inputs and outputs of each sample, NaN where it is not solved.
-
-    ``spread`` is the standard deviation of an input in units of its tolerance.
-    """
+    """``table`` has the inputs and outputs of each sample, NaN where it is not solved."""
 
     table: Table
     tolerances: Mapping[str, float]

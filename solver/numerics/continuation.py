@@ -222,6 +222,7 @@ class End(Enum):
 class Trace(NamedTuple):
     """The points in order, the start first; ``end`` is why there is no further one."""
 
+    problem: Problem
     points: tuple[CurvePoint, ...]
     end: End
 
@@ -255,7 +256,7 @@ class _Walk:
 
     def run(self) -> Trace:
         if self.problem.regime(self._nudged(self.points[0])) != self.regime:
-            return Trace(tuple(self.points), End.CHANGED)
+            return Trace(self.problem, tuple(self.points), End.CHANGED)
         length = FIRST
         while len(self.points) < MOST:
             expect_time()
@@ -264,16 +265,16 @@ class _Walk:
             if there is None:
                 length /= 2
                 if length < SHORTEST:
-                    return Trace(tuple(self.points), self._reason())
+                    return Trace(self.problem, tuple(self.points), self._reason())
                 continue
             end = self._take(here, there, length)
             if end is not None:
-                return Trace(tuple(self.points), end)
+                return Trace(self.problem, tuple(self.points), end)
             # tangents turn by an angle that grows with the step: its square is 2 (1 - cosine)
             turned = max(1.0 - float(here.tangent @ there.tangent), 1e-12)
             factor = (AIM * (1.0 - TURNING_COSINE) / turned) ** 0.5
             length = min(LONGEST, length * min(1.6, max(0.5, factor)))
-        return Trace(tuple(self.points), End.LIMIT)
+        return Trace(self.problem, tuple(self.points), End.LIMIT)
 
     def _reason(self) -> End:
         """Why the curve does not continue. Where branches meet, the Jacobian loses rank."""

@@ -29,8 +29,8 @@ from solver.pictures import Diagram, drawable, variables
 from solver.ranking.signs import signs_of
 from solver.solution.solving import Result
 from solver.sweeps import Plan, prepare
+from solver.sweeps.curves import CurveTable
 from solver.sweeps.sweep import sweep
-from solver.sweeps.tracing import CurveTable
 
 
 def outline(figure: Figure) -> dict[str, Any]:

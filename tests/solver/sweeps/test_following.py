@@ -13,7 +13,7 @@ import solver
 from rulesheets.diagnosis import RuleSheetError
 from rulesheets.variables import read_variable_sheet
 from solver.__main__ import main
-from solver.sweeps.tracing import CurveTable
+from solver.sweeps.curves import CurveTable
 
 MODELS = Path(__file__).parents[3] / "models"
 
