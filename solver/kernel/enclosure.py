@@ -16,7 +16,7 @@ from rulesheets.evaluate.exact import Decimals, Independent, Inexact, as_written
 from rulesheets.functions import INTERVALS
 from rulesheets.functions.intervals import EMPTY, LINE, Interval, cut, divide, greatest
 from rulesheets.functions.intervals import least as smaller
-from rulesheets.syntax.nodes import Name, Number, Quotient, names, walk
+from rulesheets.syntax.nodes import Name, Number, Product, Quotient, names, walk
 from solver.kernel.chain import (
     Assignment,
     Chain,
@@ -192,16 +192,26 @@ class Enclosure:
         return self.exactly_at(x, known).is_zero(Name(self._chain.residuals[0]))
 
     def is_pole(self, x: float, known: Sequence[float]) -> bool:
-        """Whether a rational number other than 0 is divided by exactly 0 at a point."""
+        """Whether a rational number other than 0 is divided by exactly 0 at a point, or multiplied
+        by the reciprocal of exactly 0: that alone is none, as a dividend of 0 leaves its unknown
+        free."""
         point = self.exactly_at(x, known)
         numbers = self._exact(known) | {self._chain.tears[0]: as_written(x)}
-        exact = Decimals(numbers, None)
+        exact, infinite = Decimals(numbers, None), set[str]()
         for item in self._chain.assignments:
             for part in walk(item.expression):
-                if isinstance(part, Quotient) and point.is_zero(part.right):
-                    with suppress(Inexact):
-                        if exact.of(part.left):
-                            return True
+                match part:
+                    case Quotient(dividend, divisor) if point.is_zero(divisor):
+                        if item.reciprocal:
+                            infinite.add(item.name)
+                            continue
+                    case Product(dividend, Name(factor)) if factor in infinite:
+                        pass
+                    case _:
+                        continue
+                with suppress(Inexact):
+                    if exact.of(dividend):
+                        return True
             with suppress(Inexact):
                 numbers[item.name] = exact.of(item.expression)
         return False

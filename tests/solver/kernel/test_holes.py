@@ -243,3 +243,23 @@ def test_a_point_where_a_rule_is_undefined_is_no_double_root(rule: str) -> None:
     found = solver.solve(rulesheets.loads(f"rules\n  {rule}\n"))
     assert str(found.status) == "singular"
     assert not any("x" in answer for answer in found.solutions)
+
+
+@pytest.mark.parametrize("share", [0.0882, 0.1, 0.15])
+def test_a_reciprocal_of_0_refutes_no_answer(share: float) -> None:
+    """Methanol from a feed of exactly the proportions in which it reacts: with nothing fed and
+    nothing purged every rule holds, and the purge times its content is 0 = 0."""
+    text = """
+        F + Rr = 100
+        xH*F + yH*Rr = yH1*100
+        xI*F + yI*Rr = yI1*100
+        yH1 + yC1 + yI1 = 1
+        yH + yC + yI = 1
+        yC1*100 = M + yC*(Rr + Pu)
+        yH1*100 = 2*M + yH*(Rr + Pu)
+        yI1*100 = yI*(Rr + Pu)
+        M = sp*yC1*100"""
+    given = {"xH": 0.673, "xI": 0.002, "yI": 0.08, "sp": share}
+    found = solver.solve(rulesheets.loads(text), given)
+    assert found.status is solver.Status.SINGULAR
+    assert not found.complete
