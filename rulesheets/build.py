@@ -362,14 +362,9 @@ class Expansion:
         self._called: list[tuple[nodes.Function, FullNames, tuple[Premise, ...]]] = []
         self._body(program.rules, FullNames("", {}, {}), ())
         for row in program.rows:  # the ends of ranges that name variables
-            limits = row.range
-            if limits is None or limits.span is None:
-                continue
-            low, high = ">" if limits.low_open else ">=", "<" if limits.high_open else "<="
-            for operator, end in ((low, limits.lower), (high, limits.upper)):
-                if end is not None and any(names(end)):
-                    comparison = nodes.Comparison(operator, nodes.Name(row.name), end, limits.span)
-                    self.requirements.append(Requirement(comparison, (), limits.span))
+            for bound in row.range:
+                if any(names(bound.right)):
+                    self.requirements.append(Requirement(bound, (), bound.span or _NOWHERE))
 
     def _body(
         self, rules: Iterable[nodes.Rule], scope: FullNames, guard: tuple[Premise, ...]

@@ -306,9 +306,7 @@ def check_rows(program: Program) -> Iterator[Diagnosis]:
 
 def check_ranges(scope: Scope) -> Iterator[Diagnosis]:
     """Ends of ranges that name variables: the variables must exist, the functions be built in."""
-    ranges = (row.range for row in scope.program.rows if row.range is not None)
-    ends = (end for limits in ranges for end in (limits.lower, limits.upper))
-    for end in (end for end in ends if end is not None):
+    for end in (bound.right for row in scope.program.rows for bound in row.range):
         yield from check_constant(end)
         for node in nodes.walk(end):
             if isinstance(node, nodes.Name) and node.name not in scope.names:

@@ -386,16 +386,12 @@ def _cells(row: nodes.VariableRow) -> tuple[str, str, str, str]:
     return row.name, value, _range(row.range), unit
 
 
-def _range(limits: nodes.Range | None) -> str:
-    if limits is None:
-        return ""
-    ends = limits.lower, limits.upper
-    low, high = ("" if end is None else format_expression(end) for end in ends)
-    if low and high and not (limits.low_open or limits.high_open):
-        return f"in [{low}, {high}]"
-    lower = low and f">{'' if limits.low_open else '='} {low}"
-    upper = high and f"<{'' if limits.high_open else '='} {high}"
-    return ", ".join(filter(None, (lower, upper)))
+def _range(bounds: Sequence[nodes.Comparison]) -> str:
+    ends = [format_expression(bound.right) for bound in bounds]
+    if [bound.operator for bound in bounds] == [">=", "<="]:
+        return f"in [{ends[0]}, {ends[1]}]"
+    pairs = zip(bounds, ends, strict=True)
+    return ", ".join(f"{bound.operator} {end}" for bound, end in pairs)
 
 
 # --- rules and functions --------------------------------------------------------

@@ -127,10 +127,14 @@ def _place_of(unit: str | None, row: nodes.VariableRow) -> Span | None:
 
 def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
     """A variable with the value, guess, tolerance and range of its row, converted to its unit."""
-    bounds = row.range or nodes.Range()
-    low, high = _end(bounds.lower, -math.inf, bare), _end(bounds.upper, math.inf, bare)
-    if low > high or (low == high and (bounds.low_open or bounds.high_open)):
-        raise RuleSheetError(empty_range(bounds.span))
+    ends: dict[str, Any] = {}
+    for bound in row.range:
+        if not any(names(bound.right)):  # else it is a requirement
+            end = "low" if bound.operator.startswith(">") else "high"
+            ends |= {end: _end(bound.right, bare), f"{end}_open": len(bound.operator) == 1}
+    variable = replace(bare, **ends)
+    if variable.low >= variable.high and not variable.admits(variable.low):
+        raise RuleSheetError(empty_range(row.range[-1].span))
     value = None if row.value is None else _given(row.value, bare)
     guess = None if row.guess is None else _given(row.guess, bare)
     if isinstance(guess, str):
@@ -141,18 +145,14 @@ def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
         if isinstance(row.value, nodes.Symbol) or isinstance(size, str) or size < 0.0:
             raise RuleSheetError(no_tolerance(isinstance(row.value, nodes.Symbol), written.span))
         tolerance = Tolerance(size, written.percent)
-    ends: dict[str, Any] = {"low": low, "high": high}
-    ends |= {"low_open": bounds.low_open, "high_open": bounds.high_open}
-    variable = replace(bare, value=value, guess=guess, tolerance=tolerance, **ends)
+    variable = replace(variable, value=value, guess=guess, tolerance=tolerance)
     if row.value is not None and isinstance(value, float) and not variable.admits(value):
         raise RuleSheetError(outside_range(value, variable, row.value.span))
     return variable
 
 
-def _end(written: nodes.Expression | None, endless: float, variable: Variable) -> float:
-    """An end of a range; one that names variables is a requirement, not an end."""
-    if written is None or any(names(written)):
-        return endless
+def _end(written: nodes.Expression, variable: Variable) -> float:
+    """An end of a range."""
     if measured(written) is not None:
         return float(_given(written, variable))
     try:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import os
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from functools import cache
 from itertools import starmap
 from typing import Any, NamedTuple, cast
@@ -24,6 +24,7 @@ from rulesheets.parse.mistakes import explain_line, strange_characters
 from rulesheets.syntax import Source, Span, nodes
 from rulesheets.syntax.nodes import (
     Call,
+    Comparison,
     Condition,
     Equality,
     Expression,
@@ -32,7 +33,6 @@ from rulesheets.syntax.nodes import (
     Name,
     Product,
     Quotient,
-    Range,
     RuleBody,
     walk,
 )
@@ -215,7 +215,7 @@ class Builder(Transformer[Any, Any]):
             guess=expression if sign == "~" else None,
             unit=unit,
             display_unit=display,
-            range=_bounded(ranges),
+            range=_bounded(str(name), ranges),
             span=self._span(name),
             tolerance=tolerance,
         )
@@ -230,15 +230,14 @@ class Builder(Transformer[Any, Any]):
         span = self._span(sign, size if percent is None else percent)
         return nodes.Tolerance(size, percent is not None, span)
 
-    def bound(self, sign: Token, expression: Expression) -> tuple[Edge, ...]:
-        operator = _RELATIONS.get(sign, str(sign))
-        return (Edge(operator, expression, self._span(sign, expression)),)
+    def bound(self, sign: Token, expression: Expression) -> tuple[Comparison, ...]:
+        return (self.comparison(Name("", self._span(sign)), sign, expression),)
 
     def interval(
         self, word: Token, low: Expression, high: Expression, closing: Token
-    ) -> tuple[Edge, ...]:
+    ) -> tuple[Comparison, ...]:
         span = self._span(word, closing)
-        return Edge(">=", low, span), Edge("<=", high, span)
+        return Comparison(">=", Name(""), low, span), Comparison("<=", Name(""), high, span)
 
     # --- section heads ---
 
@@ -261,28 +260,15 @@ class Builder(Transformer[Any, Any]):
         return nodes.Function(str(name), arguments, results or (), (), ())
 
 
-class Edge(NamedTuple):
-    """A bound such as ``< 5`` after a name in the variables section."""
-
-    operator: str
-    limit: Expression
-    span: Span
-
-
-def _bounded(bounds: Sequence[Edge]) -> Range | None:
-    """All bounds of a row together, each end once; None if there are none."""
-    if not bounds:
-        return None
-    ends: dict[str, Edge] = {}
+def _bounded(name: str, bounds: Iterable[Comparison]) -> tuple[Comparison, ...]:
+    """All bounds of a row together, each end once."""
+    ends: dict[str, Comparison] = {}
     for bound in bounds:
         if bound.operator == "<>":
             raise RuleSheetError(wrong_range("<> is not a bound", bound.span))
         if ends.setdefault(bound.operator[0], bound) is not bound:
             raise RuleSheetError(wrong_range("this end of the range is already set", bound.span))
-    lower, upper = (ends[sign].limit if sign in ends else None for sign in "><")
-    low_open, high_open = (sign in ends and ends[sign].operator == sign for sign in "><")
-    span = bounds[0].span._replace(end=bounds[-1].span.end)
-    return Range(lower, upper, low_open, high_open, span)
+    return tuple(ends[sign].but(left=Name(name)) for sign in "><" if sign in ends)
 
 
 # --- lines ----------------------------------------------------------------------
@@ -393,7 +379,7 @@ def _trees(node: Any, kind: str) -> Iterable[Any]:
         case "mark":
             return tuple(node.arguments)
         case "row":
-            ends = (node.range.lower, node.range.upper) if node.range else ()
+            ends = (bound.right for bound in node.range)
             size = node.tolerance and node.tolerance.size
             return filter(None, (node.value, node.guess, size, *ends))
         case _:

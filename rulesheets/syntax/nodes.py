@@ -341,16 +341,6 @@ class CommentLine(Node):
 # --- variables and sheets -------------------------------------------------------
 
 
-class Range(Node):
-    """The allowed values: ``in [a, b]``, ``> 0``, ``< b``; ends may have variables."""
-
-    lower: Expression | None = None
-    upper: Expression | None = None
-    low_open: bool = False
-    high_open: bool = False
-    span: Span | None = None
-
-
 class Tolerance(Node):
     """``± 0.01`` or ``± 1%`` after the value of an input; ``size`` as written."""
 
@@ -363,7 +353,8 @@ class VariableRow(Node):
     """A row of the variables section.
 
     ``value`` is the input as written (an expression of numbers, or a symbol), ``guess`` the
-    expression after ``~``; at most one of the two is given.
+    expression after ``~``; at most one of the two is given. ``range`` has the bounds as comparisons
+    of the name, that from below first: ``in [a, b]``, ``> 0``; ends may have variables.
     """
 
     name: str
@@ -371,7 +362,7 @@ class VariableRow(Node):
     guess: Expression | None = None
     unit: str | None = None
     display_unit: str | None = None
-    range: Range | None = None
+    range: tuple[Comparison, ...] = ()
     comment: str = ""
     span: Span | None = None
     gap: bool = False

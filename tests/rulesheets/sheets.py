@@ -27,7 +27,6 @@ from rulesheets.syntax.nodes import (
     Power,
     Product,
     Quotient,
-    Range,
     Rule,
     RuleSheet,
     Sum,
@@ -120,17 +119,14 @@ units = st.from_regex(r"[a-z%$][a-z0-9/^*²·]{0,5}", fullmatch=True)
 limits = st.floats(allow_nan=False, allow_infinity=False).map(
     lambda number: Number(number) if number >= 0.0 else Negative(Number(-number))
 )
-ranges = st.one_of(
-    st.builds(Range, limits, limits, st.booleans(), st.booleans()),
-    st.builds(lambda low, open: Range(low, low_open=open), limits, st.booleans()),
-    st.builds(lambda high, open: Range(upper=high, high_open=open), limits, st.booleans()),
-)
+lower, upper = (st.none() | st.tuples(st.sampled_from([sign, f"{sign}="]), limits) for sign in "><")
 rows = st.builds(
-    lambda name, value, guess, is_input, tolerance, **cells: VariableRow(
+    lambda name, value, guess, is_input, tolerance, range, **cells: VariableRow(
         name,
         value if is_input else None,
         None if is_input else guess,
         tolerance=tolerance if is_input and value is not None else None,
+        range=tuple(Comparison(sign, Name(name), end) for sign, end in filter(None, range)),
         **cells,
     ),
     identifiers,
@@ -140,7 +136,7 @@ rows = st.builds(
     st.none() | st.builds(Tolerance, expressions, st.booleans()),
     unit=st.none() | units,
     display_unit=st.none() | units,
-    range=st.none() | ranges,
+    range=st.tuples(lower, upper),
     comment=comments,
 )
 functions = st.builds(

@@ -33,7 +33,6 @@ from rulesheets.syntax.nodes import (
     Power,
     Product,
     Quotient,
-    Range,
     RuleSheet,
     Sum,
     Symbol,
@@ -61,6 +60,11 @@ def expression(text: str):
 def row(text: str) -> VariableRow:
     (only,) = read(f"variables\n{text}\nrules\nx = y").variables
     return only
+
+
+def bounds(*written: str, name: str = "x") -> tuple[Comparison, ...]:
+    pairs = [text.split() for text in written]
+    return tuple(Comparison(sign, Name(name), Number(float(end))) for sign, end in pairs)
 
 
 def codes(text: str) -> list[str]:
@@ -166,6 +170,12 @@ def test_rules(text: str, tree) -> None:
     assert rule(text) == tree
 
 
+WIDE = (
+    Comparison(">=", x, Negative(Number(1.0))),
+    Comparison("<=", x, Product(Number(2.0), Number(2.0))),
+)
+
+
 @pytest.mark.parametrize(
     ("text", "tree"),
     [
@@ -178,33 +188,19 @@ def test_rules(text: str, tree) -> None:
         ("x [-> %]", VariableRow("x", display_unit="%")),
         ("x [1/min]", VariableRow("x", unit="1/min")),
         ("x [°C]", VariableRow("x", unit="°C")),
-        ("x in [0, 5]", VariableRow("x", range=Range(Number(0.0), Number(5.0)))),
-        (
-            "x = 3 in [-1, 2*2] [m]",
-            VariableRow(
-                "x",
-                Number(3.0),
-                range=Range(Negative(Number(1.0)), Product(Number(2.0), Number(2.0))),
-                unit="m",
-            ),
-        ),
-        (
-            "x = 3 [m] in [-1, 4]",
-            VariableRow(
-                "x", Number(3.0), range=Range(Negative(Number(1.0)), Number(4.0)), unit="m"
-            ),
-        ),
-        ("x > 0", VariableRow("x", range=Range(Number(0.0), low_open=True))),
-        ("x > 0, <= 5", VariableRow("x", range=Range(Number(0.0), Number(5.0), low_open=True))),
-        (
-            "x ~ 1 ≥ 0 < 5",
-            VariableRow(
-                "x", guess=Number(1.0), range=Range(Number(0.0), Number(5.0), high_open=True)
-            ),
-        ),
+        ("x in [0, 5]", VariableRow("x", range=bounds(">= 0", "<= 5"))),
+        ("x = 3 in [-1, 2*2] [m]", VariableRow("x", Number(3.0), None, "m", range=WIDE)),
+        ("x = 3 [m] in [-1, 2*2]", VariableRow("x", Number(3.0), None, "m", range=WIDE)),
+        ("x > 0", VariableRow("x", range=bounds("> 0"))),
+        ("x > 0, <= 5", VariableRow("x", range=bounds("> 0", "<= 5"))),
+        ("x < 5, ≥ 0", VariableRow("x", range=bounds(">= 0", "< 5"))),
+        ("x ~ 1 ≥ 0 < 5", VariableRow("x", guess=Number(1.0), range=bounds(">= 0", "< 5"))),
         ('x = 3 " length', VariableRow("x", Number(3.0), comment="length")),
         ("x = 3 ; length", VariableRow("x", Number(3.0), comment="length")),
-        ("in = 3 in [1, 4]", VariableRow("in", Number(3.0), range=Range(Number(1.0), Number(4.0)))),
+        (
+            "in = 3 in [1, 4]",
+            VariableRow("in", Number(3.0), range=bounds(">= 1", "<= 4", name="in")),
+        ),
         ("rules = 3", VariableRow("rules", Number(3.0))),
     ],
 )
