@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple, TypeAlias
 
-from rulesheets.checks import check, check_figures, head_of
+from rulesheets.checks import Scope, check, check_figures, head_of
 from rulesheets.diagnosis import (
     MAX_NAMED,
     Diagnosis,
@@ -29,8 +29,8 @@ from rulesheets.library import Library
 from rulesheets.model import Equation, Model, Premise, Requirement, Variable
 from rulesheets.registered import run_python
 from rulesheets.syntax import Source, Span, nodes
-from rulesheets.syntax.nodes import Name, Number, names, rebuilt, walk
-from rulesheets.syntax.program import Program, bodies, components, rules_of
+from rulesheets.syntax.nodes import Number, names, rebuilt, walk
+from rulesheets.syntax.program import Program, components, rules_of
 from rulesheets.units import differences, library_of, unit_named
 
 
@@ -91,6 +91,18 @@ class _Gathering:
                 elif (used := self.open(path, place_of(path, use), trail)) is not None:
                     self.enter([*trail, used])
 
+    def allows(self, path: str, shown: str, place: Span | None) -> bool:
+        """Whether there is a file, in the folder that files must lie in; else a complaint."""
+        if not confined(shown, self.within):
+            self.complaints.append(outside(path, place))
+        elif not os.path.exists(shown):
+            message, label = f"there is no file {path} to use", f"looked for {shown}"
+            notes = near_files(shown) or ("paths are relative to the file that names them",)
+            self.complaints.append(error_at("E306", message, place, *notes, label=label))
+        else:
+            return True
+        return False
+
     def run(self, path: str, place: Span | None, file: File) -> None:
         """Run a Python file that registers functions, if that is allowed."""
         shown = os.path.normpath(os.path.join(file.folder, path))
@@ -100,11 +112,7 @@ class _Gathering:
             note = "a Python file can do anything that you can: read it, and if you trust it, give "
             note += option
             self.complaints.append(error_at("E313", message, place, note, label="named here"))
-        elif not confined(shown, self.within):
-            self.complaints.append(outside(path, place))
-        elif not os.path.exists(shown):
-            self.complaints.append(_missing(path, shown, place))
-        elif shown not in self.program.python:
+        elif self.allows(path, shown, place) and shown not in self.program.python:
             self.program.python.append(shown)
             try:
                 run_python(shown)
@@ -116,8 +124,7 @@ class _Gathering:
         """The file that a ``use`` names; None if it was read before or cannot be used."""
         shown = os.path.normpath(os.path.join(trail[-1].folder, path))
         key = self.program.links[shown] = os.path.realpath(shown)
-        if not confined(shown, self.within):
-            self.complaints.append(outside(path, place))
+        if not self.allows(path, shown, place):
             return None
         circle = [file.key for file in trail]
         if key in circle:
@@ -129,9 +136,6 @@ class _Gathering:
             self.complaints.append(wrong)
             return None
         if key in self.seen:
-            return None
-        if not os.path.exists(shown):
-            self.complaints.append(_missing(path, shown, place))
             return None
         try:
             source = read_source(shown)
@@ -151,12 +155,6 @@ def place_of(path: str, use: nodes.Use) -> Span | None:
     return use.span if use.span is None or start < 0 else use.span.part(start, len(path) + 2)
 
 
-def _missing(path: str, shown: str, place: Span | None) -> Diagnosis:
-    message, label = f"there is no file {path} to use", f"looked for {shown}"
-    notes = near_files(shown) or ("paths are relative to the file that names them",)
-    return error_at("E306", message, place, *notes, label=label)
-
-
 def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagnosis]:
     if (rule := next(rules_of(file.sheet), None)) is not None:
         found, where, label = "rules", rule.span, "a rule outside any function"
@@ -173,12 +171,13 @@ def _only_functions(file: File, path: str, place: Span | None) -> Iterator[Diagn
 
 def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
     """Check a program and expand it. Raises RuleSheetError with every complaint found."""
-    inside = check(program)
+    scopes = check(program)
+    inside = [node for scope in scopes.values() for node in scope.every]
     units = library_of(program.units)
     variables = declared(program.rows, units)
     refuse(_wrong_units(program, inside, units))
     expansion = Expansion(program)
-    passed = _passed(program)
+    passed = _passed(scopes[""])
     # rows of the sheet, then names of its rules, then locals of the calls
     for local in (False, True):
         for full in expansion.names:
@@ -193,7 +192,7 @@ def build(program: Program, name: str, files: tuple[str, ...] = ()) -> Model:
         figures=program.sheet.figures,
         requirements=tuple(expansion.requirements),
         limits=program.limits,
-        notes=(*_respelt(program, inside), *_misspelt(program, expansion.names), *_hidden(program)),
+        notes=(*_respelt(program, inside), *_misspelt(scopes, expansion.names), *_hidden(program)),
         files=(*files, *python),
         python=python,
         units=units,
@@ -235,24 +234,23 @@ def _respelt(program: Program, inside: Nodes) -> Iterator[Diagnosis]:
                 return
 
 
-def _misspelt(program: Program, read: Collection[str]) -> Iterator[Diagnosis]:
+def _misspelt(scopes: Mapping[str, Scope], read: Collection[str]) -> Iterator[Diagnosis]:
     """Notes on names without a row that are like a row: like one that no rule reads; or like any,
     where all other names have rows and this one stands in one rule only. In a function, notes on
     locals that are like an argument or a result that no rule of it reads."""
-    rows = [row.name for row in program.rows]
-    told = "has no row under `variables`, where {} has one"
-    yield from _unlike(rows, read, program.rules, told)
-    for function in program.functions.values():
-        head, rules = (*function.arguments, *function.results), (*rules_of(function),)
-        inside = dict.fromkeys(n for r in rules for b in bodies(r.body) for n in b.names)
-        told = f"is a local of {function.name}, where no rule reads {{}}"
-        own = [name for name in inside if name not in function.parameters]
-        if not inside.keys() >= {*head}:
-            yield from _unlike(head, own, rules, told)
+    for scope in scopes.values():
+        rows, own = scope.declared, read
+        told = "has no row under `variables`, where {} has one"
+        if (function := scope.function) is not None:
+            rows = (*function.arguments, *function.results)
+            own = [name for name in scope.places if name not in function.parameters]
+            told = f"is a local of {function.name}, where no rule reads {{}}"
+        if function is None or not scope.places.keys() >= {*rows}:
+            yield from _unlike(rows, own, scope, told)
 
 
 def _unlike(
-    rows: Sequence[str], read: Collection[str], rules: Iterable[nodes.Rule], told: str
+    rows: Sequence[str], read: Collection[str], scope: Scope, told: str
 ) -> Iterator[Diagnosis]:
     unread = [row for row in rows if row not in read]
     others = [name for name in read if name not in rows and "." not in name]
@@ -261,12 +259,11 @@ def _unlike(
         sure = closest(name, unread)
         near = sure or closest(name, alike)
         if near and len({*side_by_side(name, {*rows, *read} - {name})}) < 2:
-            every = (body for rule in rules for body in bodies(rule.body))
-            uses = [body for body in every if name in body.names]
+            uses = {part.span for part in scope.parts if name in part.names}
             if uses and (sure or len(uses) == 1):
-                place = next(node.span for node in walk(*uses[0].parts) if node == Name(name))
                 message, notes = f"{name} {told.format(near)}", (f"is {near} meant?",)
-                yield Diagnosis("E221", Severity.NOTE, message, labels((place, "")), notes)
+                place = labels((scope.place(name), ""))
+                yield Diagnosis("E221", Severity.NOTE, message, place, notes)
 
 
 def _hidden(program: Program) -> Iterator[Diagnosis]:
@@ -290,22 +287,18 @@ _HIDDEN = re.compile(
 """An equation behind ``;``, whose right side is more than a name: ``; V = volume`` explains one."""
 
 
-def _passed(program: Program) -> set[str]:
+def _passed(sheet: Scope) -> set[str]:
     """Names that the sheet's own rules only pass from results of calls to arguments of others."""
     results, arguments, used = set[str](), set[str](), set[str]()
-    every = (body for rule in program.rules for body in bodies(rule.body))
-    for body in every if program.functions else ():
-        for part in components(body, program.functions):
-            if (
-                not isinstance(part, nodes.CallRule)
-                or part.function.lower() not in program.functions
-            ):
-                used.update(part.names)
-                continue
-            for passed, side in ((results, part.results), (arguments, part.arguments)):
-                passed.update(node.name for node in side if isinstance(node, nodes.Name))
-                others = (node for node in side if not isinstance(node, nodes.Name))
-                used.update(names(*others))
+    functions = sheet.program.functions
+    for part in sheet.parts if functions else ():
+        if not isinstance(part, nodes.CallRule) or part.function.lower() not in functions:
+            used.update(part.names)
+            continue
+        for passed, side in ((results, part.results), (arguments, part.arguments)):
+            passed.update(node.name for node in side if isinstance(node, nodes.Name))
+            others = (node for node in side if not isinstance(node, nodes.Name))
+            used.update(names(*others))
     return (results & arguments) - used
 
 

@@ -26,20 +26,15 @@ from rulesheets.syntax import LIKE_PI, Span, nodes
 from rulesheets.syntax.program import Program, bodies, components, rules_of
 
 
-def check(program: Program) -> list[nodes.Expression | nodes.Condition]:
-    """The nodes of all rules.
+def check(program: Program) -> dict[str, Scope]:
+    """The sheet itself, which has no name, and its functions.
 
     Raises RuleSheetError with every complaint about names, symbols and calls, scope by scope.
     """
-    scopes = _scopes(program)
-    refuse(_complaints(program, scopes))
-    return [node for scope in scopes.values() for node in scope.every]
-
-
-def _scopes(program: Program) -> dict[str, Scope]:
-    """The sheet itself, which has no name, and its functions."""
     functions = {name: Scope(program, one) for name, one in program.functions.items()}
-    return {"": Scope(program), **functions}
+    scopes = {"": Scope(program), **functions}
+    refuse(_complaints(program, scopes))
+    return scopes
 
 
 def _complaints(program: Program, scopes: Mapping[str, Scope]) -> Iterator[Diagnosis]:
