@@ -150,7 +150,7 @@ def picture(path: str, found: Mapping[str, Sequence[tuple[str, float, float]]]) 
     for name, row in found.items():
         for distance, (said, wrong, seconds) in zip(DISTANCES, row, strict=True):
             status = said or ("solved" if wrong <= FALSE else "false")
-            marks.append(Measurement(name, name, None, status, wrong, None, seconds, distance))
+            marks.append(Measurement(name, None, distance, status, wrong, None, seconds))
     label = "relative distance of the slider from dead centre"
     title = "the crank driven by its slider"
     chart_picture(marks, title, label, towards=True).savefig(path, dpi=130)

@@ -83,7 +83,7 @@ def measure(
                 yield _measured(plan, exact, method, number)
             before = exact[0]
         elif names:
-            yield Measurement(OURS, OURS, None, str(result.status), math.nan, None, seconds, number)
+            yield Measurement(OURS, None, number, str(result.status), math.nan, None, seconds)
 
 
 def exact_state(model: Model, values: Values, inputs: Values) -> Exact | None:
@@ -177,12 +177,10 @@ def _measured(plan: Plan, states: Sequence[Exact], method: Method, at: float | N
     told = family if tolerance is None else f"{family} to {tolerance:.0e}"
     runs = 1 + min(199, int(max(2.0, 0.02 / Timer(run).timeit(1))))
     seconds, radius = min(Timer(run).repeat(runs, 1)), max(radii, default=None)
-    return Measurement(told, family, tolerance, said, error, iterations, seconds, at, radius)
+    return Measurement(told, tolerance, at, said, error, iterations, seconds, radius, family)
 
 
 # --- the command ---
-
-COLUMNS = ("method", "tolerance", "at", "status", "error", "iterations", "seconds", "radius")
 
 
 def chart_table(marks: Sequence[Measurement], name: str | None = None) -> str:
@@ -214,8 +212,8 @@ def _short(error: float | None) -> str:
 
 def chart_csv(marks: Iterable[Measurement]) -> str:
     """A line for each measurement, all digits; missing values are empty."""
-    rows = ({**m._asdict(), "error": None if math.isnan(m.error) else m.error} for m in marks)
-    return csv_text([COLUMNS, *([row[column] for column in COLUMNS] for row in rows)])
+    rows = ([None if v != v else v for v in mark[:-1]] for mark in marks)
+    return csv_text([Measurement._fields[:-1], *rows])
 
 
 def _picture(

@@ -99,6 +99,7 @@ def chosen(model: Model, figures: Iterable[str] | None = None) -> tuple[Declared
 
 
 FILMS = (".gif",)
+MOVING = ("give --over NAME=START:STOP:STEP to make a film, .gif",)
 _SHARP, _FILM = 150.0, 80.0
 """Dots an inch."""
 _NAMED = 3
@@ -122,7 +123,8 @@ def _run(arguments: Namespace) -> int:
     figures = chosen(request.model, names or None)
     side_by_side, motion = read_states(arguments.over, request)
     path = arguments.output or request.model.name + (".gif" if motion else ".png")
-    kind = _kind(path, FILMS if motion else PICTURES)
+    kinds = (FILMS, "film", ("a range makes a film",)) if motion else (PICTURES, "picture", MOVING)
+    kind = picture_kind(path, *kinds)
     request.expect_output(path)
     dpi = (_FILM if motion else _SHARP) if arguments.dpi is None else arguments.dpi
     if not 10.0 <= dpi <= 2400.0:
@@ -138,13 +140,6 @@ def _run(arguments: Namespace) -> int:
     write_file(path, data)
     print(f"{escaped(path)}: {tally}")
     return 1 if studio.complaints else 0
-
-
-def _kind(path: str, kinds: Sequence[str]) -> str:
-    if kinds is FILMS:
-        return picture_kind(path, kinds, "film", ("a range makes a film",))
-    note = "give --over NAME=START:STOP:STEP to make a film"
-    return picture_kind(path, kinds, notes=(note,) * path.lower().endswith(FILMS))
 
 
 class _Renderer:

@@ -5,14 +5,12 @@ from __future__ import annotations
 import os
 import sys
 from argparse import Namespace
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import timedelta
 from itertools import chain
 from math import inf
 from time import monotonic
 from typing import TextIO
-
-import numpy as np
 
 from rulesheets.deadline import WATCH, expired, setting
 from rulesheets.diagnosis import RuleSheetError, plural, refusal
@@ -198,8 +196,7 @@ def _run(arguments: Namespace) -> int:
     pieces = solved_pieces(work, chunks, swept.total, arguments.jobs, arguments.scheduler)
     try:
         with setting(WATCH, progress.within):
-            unsolved = dict[str, Value]()
-            tables = _noting(chain(before, followed(work, pieces)), work.inputs, unsolved)
+            tables = chain(before, followed(work, pieces))
             outcome = streamed(tables, sinks, progress, work.model, work.every)
     finally:
         progress.end()
@@ -208,8 +205,8 @@ def _run(arguments: Namespace) -> int:
     print(outcome, file=sys.stderr)  # 361 rows: 340 solved, 21 infeasible
     tell_of_units(work.model)
     if not outcome.interrupted:
-        if unsolved and not expired():
-            print(_reason(work, unsolved), end="", file=sys.stderr)
+        if outcome.unsolved and not expired():
+            print(_reason(work, outcome.unsolved), end="", file=sys.stderr)
         return 0 if outcome.all_solved else 1
     of = "" if swept.total is None else f" of {swept.total:,}"
     path = arguments.output or arguments.plot
@@ -218,20 +215,9 @@ def _run(arguments: Namespace) -> int:
     return INTERRUPTED
 
 
-def _noting(
-    tables: Iterable[Table], inputs: Sequence[str], unsolved: dict[str, Value]
-) -> Iterator[Table]:
-    """The tables as they come, with the inputs of the first row that is not solved noted."""
-    for piece in tables:
-        if not unsolved and not piece.solved.all():
-            row = int(np.argmin(piece.solved))
-            unsolved |= {name: piece[name][row] for name in inputs}
-        yield piece
-
-
 def _reason(work: Work, row: Values) -> str:
     """Why a row is not solved, on a line: the message of its solve, and how that is cured."""
-    known = {name: value for name, value in row.items() if value == value}
+    known = {name: row[name] for name in work.inputs if row[name] == row[name]}
     given = {**dict.fromkeys(work.model.variables), **work.given, **known}
     result = solve(work.model, given, work.want, work.guesses)
     if result.status is Status.SOLVED or not result.diagnoses:

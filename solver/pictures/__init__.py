@@ -42,14 +42,14 @@ class Measurement(NamedTuple):
     """
 
     method: str
-    family: str
     tolerance: float | None
+    at: float | None
     status: str
     error: float
     iterations: int | None
     seconds: float
-    at: float | None = None
     radius: float | None = None
+    family: str = ""
 
 
 class Stroke(NamedTuple):

@@ -19,7 +19,7 @@ import numpy as np
 from rulesheets.deadline import interrupted, time_limit
 from rulesheets.diagnosis import RuleSheetError, refusal
 from rulesheets.inputs import variable_named, variables_named, with_unit
-from rulesheets.model import Model, Tolerance, Value, expect
+from rulesheets.model import Model, Tolerance, Value, Values, expect
 from rulesheets.units import displays, scaling
 from solver.derivatives import tolerances_of
 from solver.facts import Status
@@ -360,11 +360,12 @@ def _after(
 
 class Outcome(NamedTuple):
     """``counts`` are the rows by status code, ``several`` those that show one of several answers;
-    ``interrupted``: there would have been more."""
+    ``interrupted``: there would have been more. ``unsolved`` is the first row without an answer."""
 
     counts: tuple[int, ...]
     interrupted: bool = False
     several: int = 0
+    unsolved: Values | None = None
 
     @property
     def rows(self) -> int:
@@ -399,7 +400,7 @@ def run(
     done. An interrupt ends the sweep and keeps what is done. Anything else that ends it early
     discards the sinks and is raised, as is a second interrupt.
     """
-    counts, several = np.zeros(len(WORDS), dtype=np.int64), 0
+    counts, several, unsolved = np.zeros(len(WORDS), dtype=np.int64), 0, None
     with one_interrupt():
         try:
             for table in pieces:
@@ -408,6 +409,9 @@ def run(
                     sink.add(shown)
                 status = table.status[table.begins()] if every else table.status
                 counts += np.bincount(status, minlength=len(WORDS))
+                if unsolved is None and not table.solved.all():
+                    row = int(np.argmin(table.solved))
+                    unsolved = {name: column[row] for name, column in table.items()}
                 several += 0 if every else int((table.answers > 1).sum())
                 if progress is not None:
                     progress(int(counts.sum()))
@@ -416,4 +420,4 @@ def run(
         finally:
             for sink in sinks:  # what is closed stays
                 sink.discard()
-        return Outcome(tuple(counts.tolist()), interrupted(), several)
+        return Outcome(tuple(counts.tolist()), interrupted(), several, unsolved)

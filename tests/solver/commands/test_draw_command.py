@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from solver.__main__ import main
-from solver.commands.draw import _kind
+from solver.pictures import PICTURES, picture_kind
 
 pytest.importorskip("matplotlib")
 
@@ -203,4 +203,4 @@ def test_the_place_must_be_writable(run: Run) -> None:
 
 
 def test_the_ending_counts_in_any_case() -> None:
-    assert _kind("a.PNG", (".png", ".svg", ".pdf")) == ".png"
+    assert picture_kind("a.PNG", PICTURES) == ".png"
