@@ -123,7 +123,6 @@ def answered(result: Result) -> dict[str, Any]:
         "solutions": shown,
         "partial": finite(result.partial),
         "figures": [geometry(result.model, answer) for answer in result.solutions],
-        "residual": max((answer.worst_residual for answer in result.solutions), default=0.0),
         "diagnoses": [complaint(diagnosis) for diagnosis in with_warnings(result).diagnoses],
         "rules": _rules(result),
     }

@@ -68,7 +68,6 @@ export interface Answer {
   solutions: Values[];
   partial: Values;
   figures: (Geometry | null)[][];
-  residual: number;
   diagnoses: Complaint[];
   rules: RuleState[];
 }
