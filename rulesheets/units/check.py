@@ -37,6 +37,7 @@ from rulesheets.syntax.nodes import (
     Sum,
     calls,
     degree,
+    exchange,
     names,
     walk,
 )
@@ -47,7 +48,6 @@ from rulesheets.units.dimensions import (
     Dimensions,
     Exponents,
     Mismatch,
-    Powers,
     Statement,
     exponents,
     in_other_unit,
@@ -222,7 +222,7 @@ def _diagnosis(model: Model, dimensions: Dimensions, found: Mismatch) -> Diagnos
         else:
             message = f"{texts[0]} must be a number, and its unit is {units[0]}"
         excluded = '" unchecked behind it excludes a formula that holds in its own units'
-        cures = [*_constant(found, statement), f"correct the rule or a unit; {excluded}"]
+        cures = [*_constant(dimensions, found), f"correct the rule or a unit; {excluded}"]
         cures = [*_millikelvin(model, statement), *cures]
     elif found.call is not None and found.forms[1].known:
         code, place = "W602", found.call.span or place
@@ -278,20 +278,21 @@ def _of_angle(call: Call, factor: float, argument: str, unit: str) -> tuple[str,
     return message, [f"{cure}, or give it in {wanted}"]
 
 
-def _constant(found: Mismatch, statement: Statement) -> list[str]:
+def _constant(dimensions: Dimensions, found: Mismatch) -> list[str]:
     """The unit of a constant of the rule that would resolve the mismatch, one that is no power of
     ten first."""
-    asked = []
-    one, other = (Powers(form.known) for form in found.forms)
-    for side, missing in ((found.left, other.plus(one, -1)), (found.right, one.plus(other, -1))):
-        for leaf, power in _factors_of(side) if side else ():
-            if isinstance(leaf, Number) and not leaf.unit and leaf.value in _constants(statement):
-                unit = missing.times(1 / power).known
-                plain = {base: e for base, e in unit.items() if base != SIZE}
-                texts = (unit_text(exponents) for exponents in (unit, plain))
-                asked.append(
-                    (leaf, next((t for t in texts if not t[0].isdigit()), unit_text(plain)))
-                )
+    statement, asked = dimensions.statements[found.statement], []
+    sides, constants = (statement.left, statement.right), _constants(statement)
+    others = [dimensions.statements[place] for place in sorted(found.why - {found.statement})]
+    for leaf in dict.fromkeys(walk(*sides)):
+        if isinstance(leaf, Number) and leaf.value in constants:
+            open_ = Statement(statement.place, *(exchange(side, leaf, Name("#")) for side in sides))
+            trial = dimensions.again([*others, open_])
+            if trial.mismatches or (form := trial.known("#")) is None:
+                continue
+            plain = {base: e for base, e in form.known.items() if base != SIZE}
+            texts = (unit_text(exponents) for exponents in (form.known, plain))
+            asked.append((leaf, next((t for t in texts if not t[0].isdigit()), unit_text(plain))))
     asked.sort(key=lambda pair: math.log10(abs(pair[0].value)).is_integer())
     shown = [(_shown(leaf, statement.place), unit) for leaf, unit in asked[:1]]
     return [f"if {one} is a constant with a unit, write it: {one}[{unit}]" for one, unit in shown]
@@ -328,10 +329,8 @@ def _other_units(dimensions: Dimensions, found: Mismatch) -> str | None:
         others,
         map(dict, chain.from_iterable(several)),
     ):
-        units = {**dimensions.declared, **{name: unit for name, (_, unit) in changed.items()}}
-        trial = Dimensions(units, dimensions.values, dimensions.units)
-        trial.infer(rules)
-        if not trial.mismatches:
+        units = {name: unit for name, (_, unit) in changed.items()}
+        if not dimensions.again(rules, units).mismatches:
             texts = (f"{name} {_given_in(text)}" for name, (text, _) in changed.items())
             return f"give {listed([*texts])}"
     return None
@@ -363,25 +362,6 @@ def _written(node: Expression, model: Model) -> str | None:
             return f"{parts[0]}·{parts[1]}" if plain and parts[0] != parts[1] else None
         case _:
             return None
-
-
-def _factors_of(
-    node: Expression, power: Fraction = Fraction(1)
-) -> Iterator[tuple[Number | Name, Fraction]]:
-    """Numbers and names that multiply or divide an expression, each with its exponent."""
-    match node:
-        case Number() | Name():
-            yield node, power
-        case Negative(operand):
-            yield from _factors_of(operand, power)
-        case Product(left, right):
-            yield from (*_factors_of(left, power), *_factors_of(right, power))
-        case Quotient(left, right):
-            yield from (*_factors_of(left, power), *_factors_of(right, -power))
-        case Power(base, Number(exponent)):
-            yield from _factors_of(base, power * Fraction(exponent))
-        case Call("sqrt", (argument,)):
-            yield from _factors_of(argument, power / 2)
 
 
 def _beside_number(node: Sum) -> Expression | None:

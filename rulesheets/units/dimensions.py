@@ -183,6 +183,12 @@ class Dimensions:
                         if len(free[user]) < 2:
                             ready.append(user)
 
+    def again(self, rules: Sequence[Statement], changed: Mapping[str, Unit] = {}) -> Dimensions:
+        """What some rules imply, with other units of some variables."""
+        trial = Dimensions({**self.declared, **changed}, self.values, self.units)
+        trial.infer(rules)
+        return trial
+
     def known(self, name: str) -> Powers | None:
         """The exponents of a variable; None while they are open."""
         found = self._resolved(self.forms[name]) if name in self.forms else None
