@@ -17,6 +17,14 @@ ANGLE = "rad"
 """The base unit that is a number: kept apart in conversions, ignored by dimensions."""
 
 
+class UnitError(ValueError):
+    """A text is not a unit; ``name`` is the unknown name, if that is why."""
+
+    def __init__(self, message: str, name: str = "") -> None:
+        super().__init__(message)
+        self.name = name
+
+
 @dataclass(frozen=True)
 class Unit:
     """Base units are ``reading · factor · π^pi + offset``; ``bases`` are their exponents.
@@ -38,18 +46,18 @@ class Unit:
         return Unit(self.factor * other.factor, self.pi + other.pi, kept)
 
     def __pow__(self, exponent: Fraction) -> Unit:
-        """Raises ValueError for a root of a factor that is not a power of integers or holds π."""
+        """Raises UnitError for a root of a factor that is not a power of integers or holds π."""
         bases = {base: one * exponent for base, one in self.bases.items() if exponent}
         power = self.pi * exponent
         if power.denominator != 1:
-            raise ValueError("a root of an angle in turns or degrees")
+            raise UnitError("a root of an angle in turns or degrees")
         if self.decades * abs(exponent) > MOST:
-            raise ValueError(BEYOND)
+            raise UnitError(BEYOND)
         degree = exponent.denominator
         parts = [round(part ** (1 / degree)) for part in self.factor.as_integer_ratio()]
         root = Fraction(*parts) if exponent.denominator > 1 else self.factor
         if root**exponent.denominator != self.factor:
-            raise ValueError(f"no exact root of {self.factor}")
+            raise UnitError(f"no exact root of {self.factor}")
         return Unit(root**exponent.numerator, int(power), bases)
 
     @property
@@ -93,11 +101,12 @@ _ALIKE = str.maketrans("−–×", "--*")
 _SUPERSCRIPTS = str.maketrans("⁰¹²³⁴⁵⁶⁷⁸⁹⁻", "0123456789-")
 _WORD = re.compile(
     r"\s*(?:(?P<number>\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?:/0*[1-9]\d*)?)"
-    r"|(?P<raise>\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))"
+    r"|(?P<raise>\^|\*\*|[⁰¹²³⁴⁵⁶⁷⁸⁹⁻])"
     r"|(?P<sign>[-·⋅*/()]|\.(?![\d.]))|(?P<name>(?:[^\W\d_]|[°%‰$€£¥'℃℉])(?:(?![⁰¹²³⁴⁵⁶⁷⁸⁹])[\w°%])*))"
 )
-_EXPONENT = re.compile(
-    r"\s*(?:\(\s*(-?\d+(?:/0*[1-9]\d*|\.\d+)?)\s*\)|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))"
+_POWER = re.compile(
+    r"\s*(?:\^|\*\*|(?=[⁰¹²³⁴⁵⁶⁷⁸⁹⁻]))\s*(?:\(\s*(-?\d+(?:/0*[1-9]\d*|\.\d+)?)\s*\)"
+    r"|(-?\d+(?:\.\d+)?)|([⁻]?[⁰¹²³⁴⁵⁶⁷⁸⁹]+))"
 )
 _TRAILING = re.compile(r"(\D*[^\W\d])(\d+)")
 
@@ -111,23 +120,15 @@ def _number(text: str) -> Fraction:
     """``5/9``, ``1.5`` or ``1.5/9``. Raises UnitError."""
     above, _, below = text.partition("/")
     if abs(Decimal(above).adjusted()) > MOST:
-        raise UnitError(BEYOND, 0)
+        raise UnitError(BEYOND)
     return Fraction(above) / Fraction(below or 1)
 
 
 def _in_range(unit: Unit) -> Unit:
     """The unit. Raises UnitError."""
     if unit.decades > MOST:
-        raise UnitError(BEYOND, 0)
+        raise UnitError(BEYOND)
     return unit
-
-
-class UnitError(ValueError):
-    """A text is not a unit, from ``place`` on; ``name`` is the unknown name, if that is why."""
-
-    def __init__(self, message: str, place: int, name: str = "") -> None:
-        super().__init__(message)
-        self.place, self.name = place, name
 
 
 class _Reader:
@@ -139,61 +140,50 @@ class _Reader:
         factors: list[Unit] = []
         below = divided = False
         while (word := _WORD.match(self.text, self.place)) and word["sign"] != ")":
-            sign = word["sign"]
-            if sign in ("/", "*"):
-                below, self.place = sign == "/", word.end()
+            self.place = word.end()
+            if word["sign"] in ("/", "*"):
+                below = word["sign"] == "/"
                 divided = divided or below
-            elif sign in ("-", ".", "·", "⋅"):
-                self.place = word.end()
-            else:
-                factor = self.factor(word)
+            elif word["raise"]:
+                whole = _POWER.match(self.text, word.start())
+                raise UnitError(f"an exponent {'has nothing before it' if whole else 'is missing'}")
+            elif word["sign"] in (None, "("):
+                factor = self.raised(self.factor(word))
                 factors.append(factor ** Fraction(-1) if below else factor)
         if not factors:
-            raise UnitError("a unit is missing", self.place)
+            raise UnitError("a unit is missing")
         return factors[0] if len(factors) == 1 and not divided else reduce(mul, factors, Unit())
 
     def factor(self, word: re.Match[str]) -> Unit:
-        start, self.place = word.start(), word.end()
+        if word["name"]:
+            return self.named(word["name"])
         if word["number"]:
             unit = Unit(_number(word["number"]))
             if not unit.factor:
-                raise UnitError("a unit has no factor 0", start)
-        elif word["sign"] == "(":
-            unit = self.product()
-            closing = _WORD.match(self.text, self.place)
-            if closing is None or closing["sign"] != ")":
-                raise UnitError("a parenthesis is not closed", start)
-            self.place = closing.end()
-        elif word["name"]:
-            unit = self.named(word["name"], self.text.index(word["name"], start))
-        else:
-            raise UnitError("an exponent has nothing before it", start)
-        sign = _WORD.match(self.text, self.place)
-        if sign is None or sign["raise"] is None:
+                raise UnitError("a unit has no factor 0")
             return unit
-        exponent = _EXPONENT.match(self.text, sign.end())
-        if exponent is None:
-            raise UnitError("an exponent is missing", sign.start())
-        self.place = exponent.end()
-        number = exponent[1] or exponent[2] or exponent[3].translate(_SUPERSCRIPTS)
-        try:
-            return unit ** Fraction(number)
-        except ValueError as wrong:
-            raise UnitError(str(wrong), sign.start()) from None
+        unit, closing = self.product(), _WORD.match(self.text, self.place)
+        if closing is None:
+            raise UnitError("a parenthesis is not closed")
+        self.place = closing.end()
+        return unit
 
-    def named(self, name: str, place: int) -> Unit:
+    def raised(self, unit: Unit) -> Unit:
+        """The unit to the power that follows it."""
+        power = _POWER.match(self.text, self.place)
+        if power is None:
+            return unit
+        self.place = power.end()
+        return unit ** Fraction(power[1] or power[2] or power[3].translate(_SUPERSCRIPTS))
+
+    def named(self, name: str) -> Unit:
         """A name, or one followed by its exponent: ``m3``."""
-        found = self.lookup(name)
-        if found is not None:
-            return found
-        parts = _TRAILING.fullmatch(name)
-        base = self.lookup(parts[1]) if parts else None
-        if parts is None or base is None:
-            raise UnitError(f"no unit is called {name}", place, name)
-        try:
+        found, parts = self.lookup(name), _TRAILING.fullmatch(name)
+        if found is None and parts and (base := self.lookup(parts[1])):
             return base ** Fraction(parts[2])
-        except ValueError as wrong:
-            raise UnitError(str(wrong), place) from None
+        if found is None:
+            raise UnitError(f"no unit is called {name}", name)
+        return found
 
 
 _SMALL, _LARGE = "m u n p f a z y r q", "k M G T P E Z Y R Q"
@@ -257,13 +247,12 @@ class Library:
         found = self._units.get(text)
         if found is not None:
             return found
-        plain = text.translate(_ALIKE)
-        blanked = _COMMENT.sub(lambda comment: " " * len(comment.group()), plain)
-        reader, found = _Reader(blanked, self.named), Unit()
-        if blanked.strip() not in ("", "-"):
+        plain = _COMMENT.sub(" ", text.translate(_ALIKE)).strip()
+        reader, found = _Reader(plain, self.named), Unit()
+        if plain not in ("", "-"):
             found = reader.product()
-            if reader.place < len(blanked.rstrip()):
-                raise UnitError(f"`{blanked[reader.place :].strip()}` is not read", reader.place)
+            if rest := plain[reader.place :].strip():
+                raise UnitError(f"`{rest}` is not read")
         self._units[text] = _in_range(found)
         return found
 
@@ -302,7 +291,7 @@ class Library:
         """
         found = _MEANING.fullmatch(text.replace("[", " ").replace("]", " ").strip())
         if found is None or _number(found[1] or "1") == 0:
-            raise UnitError("write a factor and a unit, and perhaps an offset", 0)
+            raise UnitError("write a factor and a unit, and perhaps an offset")
         factor, pi, name, under, sign, start, begun = found.groups()
         unit = self.unit(name) if name else Unit()
         offset = _number(start or "0") * (self.unit(begun) if begun else unit).factor

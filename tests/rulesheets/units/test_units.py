@@ -85,13 +85,20 @@ def test_texts_are_read_as_engineers_write_them(text: str, same: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "place", "name"),
-    [("smoot", 0, "smoot"), ("N/qq", 2, "qq"), ("m^", 1, ""), ("(m", 0, ""), ("m+s", 1, "")],
+    ("text", "message", "name"),
+    [
+        ("smoot", "no unit is called smoot", "smoot"),
+        ("N/qq", "no unit is called qq", "qq"),
+        ("m^", "an exponent is missing", ""),
+        ("^2", "an exponent has nothing before it", ""),
+        ("(m", "a parenthesis is not closed", ""),
+        ("m+s", "`+s` is not read", ""),
+    ],
 )
-def test_what_is_no_unit_is_told_with_its_place(text: str, place: int, name: str) -> None:
+def test_what_is_no_unit_is_told(text: str, message: str, name: str) -> None:
     with pytest.raises(UnitError) as wrong:
         library().unit(text)
-    assert (wrong.value.place, wrong.value.name) == (place, name)
+    assert (str(wrong.value), wrong.value.name) == (message, name)
 
 
 @pytest.mark.parametrize(
