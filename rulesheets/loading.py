@@ -117,20 +117,17 @@ def _model(
             gc.enable()
 
 
-def _part(place: int) -> None:
-    """Stands in a pickle for a part of the model: ``_Unpickler`` reads it."""
-
-
 class _Pickler(pickle.Pickler):
-    """Pickles a reference instead of a rule, and the source of a compiled function."""
+    """Pickles the place of a rule instead of the rule, and the source of a compiled function."""
 
     def __init__(self, file: BytesIO, model: Model) -> None:
         super().__init__(file, pickle.HIGHEST_PROTOCOL)
         self.places = {id(part): place for place, part in enumerate((model, *model.equations))}
 
+    def persistent_id(self, part: Any) -> int | None:
+        return self.places.get(id(part))
+
     def reducer_override(self, part: Any) -> Any:
-        if id(part) in self.places:
-            return _part, (self.places[id(part)],)
         again = getattr(part, "again", None) if isinstance(part, FunctionType) else None
         return NotImplemented if again is None else (again, (marshal.dumps(part.__code__),))
 
@@ -140,8 +137,8 @@ class _Unpickler(pickle.Unpickler):
         super().__init__(BytesIO(data))
         self.parts = model, *model.equations
 
-    def find_class(self, module: str, name: str) -> Any:
-        return self.parts.__getitem__ if name == "_part" else super().find_class(module, name)
+    def persistent_load(self, place: Any) -> Any:
+        return self.parts[place]
 
 
 def _question(model: Model, question: str) -> bytes:
