@@ -132,7 +132,7 @@ def valued(bare: Variable, row: nodes.VariableRow) -> Variable:
         if not any(names(bound.right)):  # else it is a requirement
             end = "low" if bound.operator.startswith(">") else "high"
             ends |= {end: _end(bound.right, bare), f"{end}_open": len(bound.operator) == 1}
-    variable = replace(bare, **ends)
+    variable = replace(bare, **ends) if ends else bare
     if variable.low >= variable.high and not variable.admits(variable.low):
         raise RuleSheetError(empty_range(row.range[-1].span))
     value = None if row.value is None else _given(row.value, bare)
