@@ -223,25 +223,14 @@ ROWS = 73
 """Points of the curve: five degrees apart over a turn."""
 
 
-class Rail(NamedTuple):
-    """Rows in order along the curve, ``closed`` if the last leads on to the first.
-
-    Each has the ``followed`` variables. ``limits`` are the least and the greatest value of a
-    handle's variable where it turns back; they depend on the inputs that the motion ``rests_on``.
-    """
-
-    parameter: str
-    followed: tuple[str, ...]
-    rows: tuple[Row, ...]
-    closed: bool
-    limits: Mapping[str, tuple[float | None, float | None]]
-    rests_on: tuple[str, ...]
-    plan: Plan
-
-
-def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle]) -> Rail | None:
+def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle]) -> dict[str, Any]:
     """The motion through an answer (``values``) of the handles of one driver, the other inputs as
-    ``given``. None if it cannot be followed."""
+    ``given``, and the rectangles that the figures need over it; nothing if it cannot be followed.
+
+    It has rows of the variables of the handles in order along the curve, ``closed`` if the last
+    leads on to the first. ``limits`` are the least and the greatest value of such a variable where
+    it turns back; they depend on the inputs that the motion comes ``from``.
+    """
     driver = handles[0].driver
     followed = tuple(dict.fromkeys((driver, *(handle.variable for handle in handles))))
     turning = [n for n in followed if turn(model, n) and isinstance(values.get(n), float)]
@@ -256,14 +245,8 @@ def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle])
     table = sweep(model, along, want=want, follow=True, given=fixed, guesses=guesses)
     assert isinstance(table, CurveTable)
     kept = {name: value for name, value in fixed.items() if value is not None}
-    columns = [table[name].tolist() for name in table]
-    every = [{**kept, **dict(zip(table, row, strict=True))} for row in zip(*columns, strict=True)]
-    stretches = (every[one.first : one.last] for one in table.branches)
-    branches = ([row for row in rows if _whole(row, names)] for rows in stretches)
-    solid = [rows for rows in branches if len(rows) > 1]
-    if not solid:
-        return None
-    rows = min(solid, key=lambda some: min(apart(model, row, values) for row in some))
+    if not (rows := _nearest_branch(model, table, kept, names, values)):
+        return {}
     closed = _meets(model, rows[0], rows[-1])
     rows = rows[:-1] if closed else rows
     more = [n for n in needed(model) if n != parameter and fixed.get(n) is None]
@@ -273,8 +256,27 @@ def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle])
     for name in (name for name in followed if name != parameter):
         if all(isinstance(row.get(name), float) for row in rows):
             limits[name] = _limits(plan, name, rows, closed)
-    rests = _rests_on(model, fixed, parameter)
-    return Rail(parameter, followed, tuple(rows), closed, limits, rests, plan)
+    told = {
+        "closed": closed,
+        "limits": limits,
+        "turns": {name: turn(model, name) for name in followed},
+        "from": _rests_on(model, fixed, parameter),
+        "rows": [{name: row[name] for name in followed} for row in rows],
+        "figures": [geometry(model, row) for row in rows],
+    }
+    return {"rail": told, "extents": _extents(plan, rows)}
+
+
+def _nearest_branch(
+    model: Model, table: CurveTable, kept: Values, names: Sequence[str], values: Values
+) -> list[Row]:
+    """The rows that have all ``names``, of the branch that comes nearest to an answer."""
+    columns = [table[name].tolist() for name in table]
+    every = [{**kept, **dict(zip(table, row, strict=True))} for row in zip(*columns, strict=True)]
+    stretches = (every[one.first : one.last] for one in table.branches)
+    branches = ([row for row in rows if _whole(row, names)] for rows in stretches)
+    solid = [rows for rows in branches if len(rows) > 1]
+    return min(solid, key=lambda rows: min(apart(model, r, values) for r in rows), default=[])
 
 
 def _range(model: Model, name: str, now: float) -> NDArray[np.float64]:
@@ -355,9 +357,9 @@ def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row
     return min(rows, key=lambda row: apart(plan.model, row, like), default={})
 
 
-def extents(model: Model, curve: Rail) -> list[list[float] | None]:
+def _extents(plan: Plan, along: Sequence[Row]) -> list[list[float] | None]:
     """The rectangle (left, bottom, right, top) that every figure needs over the motion."""
-    table = curve.plan.sweep([row[curve.parameter] for row in curve.rows])
+    table, model = plan.sweep([row[plan.inputs[0]] for row in along]), plan.model
     solved = np.flatnonzero(table.solved)
-    rows = [{**curve.plan.given, **{n: table[n][k] for n in table}} for k in solved]
+    rows = [{**plan.given, **{n: table[n][k] for n in table}} for k in solved]
     return boxes(map(outline, model.figures), [geometry(model, row) for row in rows])

@@ -30,7 +30,7 @@ from rulesheets.units import converted, value_and_unit
 from rulesheets.units.check import check_units
 from solver.facts import Status
 from solver.lane import Json
-from solver.page import extents, geometry, handles, nearest, needed, rail, turn
+from solver.page import geometry, handles, nearest, needed, rail, turn
 from solver.page.description import answered, complaint, derived, described, typeset
 from solver.report.derivation import why, why_text
 from solver.report.sheet import finite
@@ -197,18 +197,7 @@ class Bench:
         number = _answer(question, result)
         group = [one for one in handles(result, number) if one.driver == question["driver"]]
         with suppress(TimeIsUp), time_limit(question.get("timeout")):
-            curve = rail(model, result.inputs, result.solutions[number], group) if group else None
-            if curve is not None:
-                told = {
-                    "parameter": curve.parameter,
-                    "closed": curve.closed,
-                    "limits": {name: list(pair) for name, pair in curve.limits.items()},
-                    "turns": {name: turn(model, name) for name in curve.followed},
-                    "from": list(curve.rests_on),
-                    "rows": [{n: row[n] for n in curve.followed} for row in curve.rows],
-                    "figures": [geometry(model, row) for row in curve.rows],
-                }
-                return {"rail": told, "extents": extents(model, curve)}
+            return rail(model, result.inputs, result.solutions[number], group) if group else {}
         return {}
 
     def frame(self, question: Json) -> Json:

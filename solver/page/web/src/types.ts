@@ -80,7 +80,6 @@ export interface Handle {
 }
 
 export interface Rail {
-  parameter: string;
   closed: boolean;
   limits: Record<string, [number | null, number | null]>;
   turns: Record<string, number>;
