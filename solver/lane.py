@@ -25,28 +25,15 @@ _log = logging.getLogger("backsolve.page")
 
 
 class Lane:
-    """A queue of questions. The worker knows the last sheet, also after a restart."""
+    """A queue of questions. One about a sheet brings it along: the worker may be a new one."""
 
     def __init__(self, workers: Workers, timeout: float) -> None:
         self.workers, self.timeout = workers, timeout
         self._process: asyncio.subprocess.Process | None = None
-        self._sheet: Json | None = None
-        self._loaded = False
         self._turn = asyncio.Lock()
         self._since = 0.0
         self._doing = ""
         self._superseded = False
-
-    def know(self, sheet: Json) -> None:
-        """Set a sheet that is known to be right, to be loaded with the first question about it."""
-        self._sheet, self._loaded = {**sheet, "do": "load"}, False
-
-    async def load(self, sheet: Json) -> Json:
-        """Load a sheet; it stays loaded unless it has a mistake."""
-        reply = await self.ask({**sheet, "do": "load"})
-        if "variables" in reply:
-            self._sheet, self._loaded = {**sheet, "do": "load"}, True
-        return reply
 
     async def ask(self, question: Json) -> Json:
         """The worker's answer, or ``gave_up`` with the time limit in seconds."""
@@ -58,7 +45,7 @@ class Lane:
                     self._process.kill()
         async with self._turn:
             if self._process is None:
-                self._process, self._loaded = await self.workers.take(), False
+                self._process = await self.workers.take()
             self._since, self._doing, self._superseded = time.monotonic(), question["do"], False
             try:
                 asked = {**question, "timeout": SHARE * self.timeout}
@@ -81,9 +68,6 @@ class Lane:
 
     async def _answer(self, question: Json) -> Json:
         assert self._process is not None
-        if self._sheet is not None and not self._loaded and question["do"] not in ("load", "check"):
-            await _exchange(self._process, self._sheet)
-            self._loaded = True
         reply = await _exchange(self._process, question)
         if reply is not None:
             return reply

@@ -41,10 +41,14 @@ SEVERITIES = {
 
 @dataclass(frozen=True)
 class Answer:
-    """The sheet and the result of a text that was solved."""
+    """A text that was solved, as the workers take it, with what they say of it."""
 
-    text: str
+    sheet: Json
     reply: Json
+
+    @property
+    def text(self) -> str:
+        return str(self.sheet["text"])
 
     @cached_property
     def values(self) -> Json:
@@ -75,7 +79,6 @@ class Server(LanguageServer):
         self.workers = workers
         self.waiting: dict[str, asyncio.Task[None]] = {}
         self.answers: dict[str, Answer] = {}
-        self.loaded = ""
 
     def document(self, uri: str) -> TextDocument:
         return self.workspace.get_text_document(uri)
@@ -112,13 +115,12 @@ class Server(LanguageServer):
     async def solved(self, document: TextDocument) -> Json:
         """The result for the document in its present state, kept for hovers and values."""
         self.answers.pop(document.uri, None)
-        text = document.source
-        reply = await self.slow.load(_sheet(document, text))
+        sheet = _sheet(document, document.source)
+        reply = await self.slow.ask({**sheet, "do": "load"})
         if "variables" in reply:
-            self.loaded = document.uri
-            answer = await self.slow.ask({"do": "solve"})
+            answer = await self.slow.ask({"do": "solve", "sheet": sheet})
             if "status" in answer:
-                self.answers[document.uri] = Answer(text, {**reply, **answer})
+                self.answers[document.uri] = Answer(sheet, {**reply, **answer})
                 shows = self.client_capabilities.workspace
                 if shows and shows.inlay_hint and shows.inlay_hint.refresh_support:
                     self.workspace_inlay_hint_refresh(None)
@@ -228,8 +230,9 @@ async def explained(server: Server, document: TextDocument, word: Word) -> str:
         ]
         said = f" ({', '.join(filter(None, about))})" if any(about) else ""
         lines.append(f"`{named.name} = {answer.told(named.name)}`{said}")
-        if not given and server.loaded == document.uri:
-            told = await server.slow.ask({"do": "why", "name": named.name})
+        if not given:
+            asked = {"do": "why", "name": named.name, "sheet": answer.sheet}
+            told = await server.slow.ask(asked)
             lines += [f"```text\n{told['text']}\n```"] if told.get("text") else []
     return "\n\n".join(filter(None, lines))
 

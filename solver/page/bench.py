@@ -58,14 +58,15 @@ SLOW = "solve", "typeset", "motion", "rail", "swap", "sweep", "sensitivity", "wh
 
 
 class Bench:
-    """One sheet at a time: ``load`` it, then ask. Values are in the units of the rules.
+    """One sheet at a time: ``load`` it, or ask a question that brings a ``sheet``.
 
-    ``python``: Python files that a sheet names may run.
+    Values are in the units of the rules. ``python``: Python files that a sheet names may run.
     """
 
     def __init__(self, python: bool = False) -> None:
         self.python = python
         self.model: Model | None = None
+        self.sheet: Json | None = None
         self.plans: dict[str, tuple[Plan, Callable[[tuple[float]], Answers]]] = {}
         self.last: tuple[str, Result] | None = None
 
@@ -74,6 +75,8 @@ class Bench:
         try:
             if question["do"] not in ("load", *QUICK, *SLOW):
                 raise LookupError("no such question")
+            if question.get("sheet") not in (None, self.sheet):
+                self.load(question["sheet"])
             reply: Json = getattr(self, question["do"])(question)
             return reply
         except RuleSheetError as wrong:
@@ -88,7 +91,9 @@ class Bench:
     # --- the sheet ---
 
     def load(self, question: Json) -> Json:
-        return self.take(self._read(question))
+        described = self.take(self._read(question))
+        self.sheet = {key: question.get(key) for key in ("text", "name", "base", "within")}
+        return described
 
     def take(self, model: Model) -> Json:
         """Use this model from now on."""

@@ -235,6 +235,8 @@ class Tab:
     quick: Lane
     slow: Lane
     sheet: Sheet | None = None
+    right: Json | None = None
+    """The last text that was a sheet, as the workers take it."""
 
     async def run(self, replies: asyncio.TaskGroup) -> None:
         """Answer until the tab is closed."""
@@ -267,7 +269,8 @@ class Tab:
         if do not in (*QUICK, *SLOW):
             raise Refused("no such request")
         lane = self.quick if do in QUICK else self.slow
-        return await lane.ask({**self._text(message), "do": do} if do == "check" else message)
+        more = self._text(message) if do == "check" else {"sheet": self.right}
+        return await lane.ask({**message, **more})
 
     # --- sheets ---
 
@@ -291,9 +294,9 @@ class Tab:
     async def edit(self, message: Json) -> Json:
         """Use another text for the sheet, which is not written."""
         sheet = self._text(message)
-        reply = await self.slow.load(sheet)
+        reply = await self.slow.ask({**sheet, "do": "load"})
         if "variables" in reply:
-            self.quick.know(sheet)
+            self.right = sheet
         return reply
 
     async def save(self, message: Json) -> Json:
