@@ -25,8 +25,8 @@ from solver.files.tables import free_name
 from solver.pictures import (
     PICTURES,
     View,
+    diagram,
     drawable,
-    lacking,
     picture_kind,
     require_matplotlib,
     variables,
@@ -166,7 +166,9 @@ class _Renderer:
                 self.complaints.append(f"{about}{result.status}: {MEANINGS[result.status]}")
                 self.complaints += map(render, result.diagnoses)
             for figure in self.figures if result.solutions else ():
-                if reason := lacking(figure, result.solutions[0]):
+                try:
+                    diagram(figure, result.solutions[0])
+                except ValueError as reason:
                     self.complaints.append(f"{about}the figure {figure.name} is left out: {reason}")
             with suppress(Unsolved):
                 shown += _views(result, self.figures, title, self.every)
@@ -206,7 +208,8 @@ class _Renderer:
         answer: Values = next((r.solutions[0] for r in results if r.solutions), {})
         given = {n: v for n, v in {**request.inputs, **state}.items() if n != name}
         known = override(request.model, given).values
-        drawn = [figure for figure in self.figures if not answer or not lacking(figure, answer)]
+        pairs = zip(self.figures, drawable(self.figures, answer), strict=True)
+        drawn = [figure for figure, there in pairs if there or not answer]
         want = [n for n in variables(drawn) if n not in known and n != name]
         every, guesses = self.every, request.guesses
         table = sweep(request.model, {name: values}, want, all=every, given=given, guesses=guesses)

@@ -128,15 +128,6 @@ def diagram(figure: Figure, values: Values) -> Diagram:
     return Diagram(figure.name, figure.comment, figure.unit or "", places, kinds, tuple(strokes))
 
 
-def lacking(figure: Figure, values: Values) -> str:
-    """A short reason why a figure cannot be drawn from these values; empty if it can."""
-    try:
-        diagram(figure, values)
-    except ValueError as why:
-        return str(why)
-    return ""
-
-
 def drawable(figures: Iterable[Figure], values: Values) -> tuple[Diagram | None, ...]:
     """Every figure at these values; None for one that they do not determine."""
     found: list[Diagram | None] = []

@@ -26,8 +26,8 @@ from solver.pictures import (
     View,
     bar,
     diagram,
+    drawable,
     inside,
-    lacking,
     overlaps,
     place,
     scale,
@@ -97,12 +97,12 @@ def test_a_figure_says_which_variables_it_needs() -> None:
 
 def test_what_keeps_a_figure_from_being_drawn() -> None:
     position, slope = ladder().figures
-    assert lacking(position, {"foot": 3.0}) == "turn.twice has no value"
-    assert lacking(slope, {"foot": 0.0, "h": 1.0}).startswith(
-        "a coordinate has no value: division by 0"
-    )
-    assert lacking(slope, {"foot": "left", "h": 1.0}) != ""
-    assert lacking(slope, {"foot": 2.0, "h": 1.0}) == ""
+    with pytest.raises(ValueError, match=r"^turn\.twice has no value$"):
+        diagram(position, {"foot": 3.0})
+    with pytest.raises(ValueError, match=r"^a coordinate has no value: division by 0"):
+        diagram(slope, {"foot": 0.0, "h": 1.0})
+    assert drawable([slope], {"foot": "left", "h": 1.0}) == (None,)
+    assert drawable([slope], {"foot": 2.0, "h": 1.0}) == (diagram(slope, {"foot": 2.0, "h": 1.0}),)
 
 
 @cache
