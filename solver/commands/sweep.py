@@ -13,7 +13,7 @@ from time import monotonic
 from typing import TextIO
 
 from rulesheets.deadline import WATCH, expired, setting
-from rulesheets.diagnosis import RuleSheetError, plural, refusal
+from rulesheets.diagnosis import plural, refusal
 from rulesheets.inputs import readable, symbolic
 from rulesheets.model import Value, Values, Variable
 from rulesheets.syntax import escaped
@@ -23,7 +23,6 @@ from solver.commands import (
     UNITS,
     WANTED,
     Command,
-    Option,
     Request,
     read_request,
     tell_of_units,
@@ -262,8 +261,6 @@ def follow(arguments: Namespace) -> int:
         said = f"a curve is followed over one range{''.join(others[:1])}"
         raise refusal("E447", said, None, "give one --over, and --want")
     ((name, axis),) = read_axes(arguments.over, request).items()
-    if request.inputs.get(name) is not None:
-        raise RuleSheetError(Option("over", name).repeated(name))
     model, given = request.model, {n: value for n, value in request.inputs.items() if n != name}
     table = follow_sweep(model, name, axis[:], request.want, given, request.guesses)
     names = heads(tuple(table), model)
