@@ -5,10 +5,11 @@ from __future__ import annotations
 
 import marshal
 import math
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from functools import lru_cache
+from functools import lru_cache, reduce
 from math import inf, isfinite, log, log1p, nan, nextafter, prod
+from operator import truediv
 from types import CodeType, FunctionType
 from typing import Any, TypeAlias, TypeVar
 
@@ -216,6 +217,8 @@ ARITHMETIC = {
     for name in ("add", "both", "divide", "multiply", "power", "ratio", "square", "scaled")
 }
 MEAN_ULPS = 8.0
+MOST_EXPONENTIALS, MOST_FACTORS = 3, 8
+"""Exponentials in a sum each of which is made a common factor; factors that are read in a name."""
 
 
 def log_means(a: float, b: float, c: float, d: float) -> intervals.Interval:
@@ -333,6 +336,9 @@ class IntervalEmitter(CodeLines[Pair]):
         self._fixed, self._once = set(single), list[str]()
         self._points: dict[str, tuple[float, Pair, Pair]] = {}
         """Of names that are directions of points: a full turn, and the coordinates y and x."""
+        self._meanings: dict[str, tuple[list[Expression], list[Expression]]] = {}
+        """The factors and divisors of names."""
+        self._has_exponentials = False
         constants = {"__builtins__": {}, "inf": inf, "nan": nan, "nextafter": nextafter}
         self.globals: dict[str, Any] = {**constants, **ARITHMETIC, **forms}
         super().__init__(single, names)
@@ -372,8 +378,27 @@ class IntervalEmitter(CodeLines[Pair]):
         return self._assigned(f"-{high}, -{low}", (low, high))
 
     def sum(self, node: Sum) -> Pair:
-        total = self.of(node.terms[0])
-        for term in node.terms[1:]:
+        """A sum, also with each of its exponentials as a common factor: ``b*exp(-s*t) - a*exp(-r*t)
+        = exp(-s*t)*(b - a*exp((s - r)*t))``, which has bounds far from 0."""
+        total = self._added(node.terms)
+        if not self._has_exponentials:
+            return total
+        parts = [(term, self._exponential(term)) for term in self._expanded(node.terms)]
+        found = [exponential for _, exponential in parts if exponential]
+        others = [term for term, exponential in parts if not exponential]
+        powers = list(dict.fromkeys(power for _, power in found))
+        for power in powers if 2 <= len(powers) <= MOST_EXPONENTIALS else ():
+            distances = ((one, self._apart(one, power)) for one in powers if one != power)
+            apart = {one: distance for one, distance in distances if distance is not None}
+            if len(apart) == len(powers) - 1:
+                inside = (x * call("exp", apart[y]) if y in apart else x for x, y in found)
+                whole = self._added([call("exp", power) * add(*inside), *others])
+                total = self.apply("both", total, whole)
+        return total
+
+    def _added(self, some: Sequence[Expression]) -> Pair:
+        total = self.of(some[0])
+        for term in some[1:]:
             part = self.of(term)
             if {total[0], part[0]} <= self._fixed:
                 total = self.apply("add", total, part)
@@ -385,6 +410,68 @@ class IntervalEmitter(CodeLines[Pair]):
                 rounded = f"{low} and nextafter({low}, -inf), {high} and nextafter({high}, inf)"
                 total = self._assigned(rounded, total)
         return total
+
+    def _expanded(self, some: Iterable[Expression]) -> Iterator[Expression]:
+        """Terms, with products of sums of exponentials multiplied out."""
+        for term in some:
+            above, below = self._parts(term)
+            sums = (part for part in above if isinstance(part, Sum))
+            inside = next((part for part in sums if any(map(self._exponential, part.terms))), None)
+            if inside is None:
+                yield term
+                continue
+            rest = times(*without(above, [inside])) / times(*below)
+            yield from (one * rest for one in inside.terms)
+
+    def _exponential(self, term: Expression) -> tuple[Expression, Expression] | None:
+        """The factor of the exponentials that vary in a product, and their arguments together."""
+        powers, rests = list[Expression](), list[list[Expression]]([[], []])
+        for side, (parts, rest) in enumerate(zip(self._parts(term), rests, strict=True)):
+            for part in parts:
+                match part:
+                    case Call("exp", (power,)) if not self._is_fixed(power):
+                        powers.append(-power if side else power)
+                    case Power(base, power) if self._is_fixed(base) and not self._is_fixed(power):
+                        power *= call("ln", base)
+                        powers.append(-power if side else power)
+                    case _:
+                        rest.append(part)
+        return (times(*rests[0]) / times(*rests[1]), add(*powers)) if powers else None
+
+    def _is_fixed(self, node: Expression) -> bool:
+        return all(self.names[name][0] in self._fixed for name in names(node))
+
+    def _apart(self, one: Expression, other: Expression) -> Expression | None:
+        """``one - other``, with a single term for all that differ in known factors only; None if
+        there are no such ones."""
+        found = defaultdict[Expression, list[Expression]](list)
+        every = [*terms(one), *(-term for term in terms(other))]
+        for term in every:
+            sides = self._parts(term)
+            fixed = [list(filter(self._is_fixed, side)) for side in sides]
+            moving = map(without, sides, fixed)
+            found[reduce(truediv, (times(*side) for side in moving))].append(
+                reduce(truediv, (times(*side) for side in fixed))
+            )
+        if len(found) == len(every):
+            return None
+        return add(*(add(*factors) * moving for moving, factors in found.items()))
+
+    def _parts(self, node: Expression) -> tuple[list[Expression], list[Expression]]:
+        """The factors and the divisors of a product, those of the names in it among them."""
+        match node:
+            case Negative(operand):
+                above, below = self._parts(operand)
+                return [Number(-1.0), *above], below
+            case Product(left, right):
+                (above, below), (over, under) = map(self._parts, (left, right))
+                return above + over, below + under
+            case Quotient(left, right):
+                (above, below), (under, over) = map(self._parts, (left, right))
+                return above + over, below + under
+            case Name(name) if name in self._meanings:
+                return self._meanings[name]
+        return [node], []
 
     def product(self, node: Product) -> Pair:
         left, right = self.of(node.left), self.of(node.right)
@@ -417,19 +504,24 @@ class IntervalEmitter(CodeLines[Pair]):
         return found
 
     def raised(self, node: Power, base: Pair, exponent: Pair) -> Pair:
+        self._has_exponentials |= exponent[0] not in self._fixed
         return (
             self.apply("square", base) if is_square(node) else self.apply("power", base, exponent)
         )
 
-    def let_direct(self, name: str, expression: Expression) -> None:
-        """Let a name stand for the direction of a point, if the expression is one: its sine, cosine
-        and tangent are ratios of the coordinates, which lose nothing next to a right angle."""
+    def let(self, name: str, expression: Expression) -> None:
+        """Let a name stand for an expression. Of the direction of a point the sine, cosine and
+        tangent are ratios of the coordinates, which lose nothing next to a right angle."""
+        parts = self._parts(expression)
+        if len(parts[0]) + len(parts[1]) <= MOST_FACTORS:
+            self._meanings[name] = parts
         if isinstance(expression, Call) and (row := TABLE[expression.function]).direction:
             y, x = map(self.of, expression.arguments)
             self._points[name] = row.angle or nan, y, x
 
     def applied(self, node: Call, arguments: list[Pair]) -> Pair:
         turn = TABLE[node.function].turn
+        self._has_exponentials |= node.function == "exp" and arguments[0][0] not in self._fixed
         match node.arguments:
             case (Name(name),) if turn and self._points.get(name, (nan,))[0] == turn:
                 _, y, x = self._points[name]

@@ -369,8 +369,8 @@ def _followed(
             low, high = emitter.apply("bounded", (low, high), (least, most))
             emitter.line(f"if {low} != {low}: {otherwise}")
         emitter.assign(item.name, (low, high))
-        if item.low == -inf and item.high == inf:
-            emitter.let_direct(item.name, item.expression)
+        if item.low == -inf and item.high == inf and not (item.relational or item.side):
+            emitter.let(item.name, item.expression)
     return emitter
 
 

@@ -49,6 +49,7 @@ def _grown(inner: st.SearchStrategy[Expression]) -> st.SearchStrategy[Expression
         st.builds(Product, inner, inner),
         st.builds(Quotient, inner, inner),
         st.builds(lambda x, a, b: Quotient(Product(a, x), Sum((b, x))), inner, inner, inner),
+        st.builds(lambda x, y, a, b: a * call("exp", b * x) - call("exp", y * x), *[inner] * 4),
         st.builds(Negative, inner),
         st.builds(lambda a: Product(a, a), inner),
         st.builds(lambda a, n: Power(a, Number(n)), inner, st.sampled_from([2.0, 3.0, 0.5])),
