@@ -140,7 +140,7 @@ class Candidates:
                 return
         point = problem.named(result.x)
         # on a plateau that is 0 in floats alone
-        self.strays += result.outcome is Outcome.SINGULAR_JACOBIAN
+        self.strays += result.outcome is Outcome.SINGULAR_JACOBIAN and self.problem.fits(point)
         if not result.outcome.found or self.dull >= MOST_DULL or not self.nearly(point):
             return
         cleared = _cleared(point, uncertainty(problem, point).errors)
@@ -192,6 +192,9 @@ class Candidates:
             self._open(point, errors, SIMPLE) and (singular or self._has_fold(point, errors))
         )
         beside = self.problem.beside
+        outside = [one for one in self.answers if one.double and not self.problem.fits(one.values)]
+        if multiple and outside and not self.problem.fits(point):
+            return  # of a curve outside the case one point is enough
         repeated = (
             self._near(beside(point, one.values), one.values, ROUNDED) for one in self.answers
         )

@@ -19,11 +19,11 @@ from typing import Any
 import numpy as np
 
 from rulesheets.syntax.nodes import Expression
-from solver.facts import Attempt, Beside, Method, RankLoss
+from solver.facts import Attempt, Beside, Method, NoRoot, RankLoss
 from solver.kernel.candidates import Answer, BlockOutcome, Candidates
 from solver.kernel.emitter import IntervalEmitter
 from solver.kernel.linear_block import left_free
-from solver.kernel.problem import FIRST_ROUND, BlockProblem
+from solver.kernel.problem import FIRST_ROUND, BlockProblem, uncertainty
 from solver.numerics.box_search import (
     GAUSS_NEWTON,
     NEWTON,
@@ -112,8 +112,8 @@ def _guess_and_beside(problem: BlockProblem, count: int) -> Iterator[list[float]
 ROUNDS = ((0, 128), (128, 512), (512, 1024))
 """The starts of a sequence for each round, for each of the two kinds; two rounds at least."""
 MOST = 48
-"""The most ends of a round that are examined, ordinary sizes first: many may lie along a curve or
-far out."""
+"""The most ends of a round that are examined, those of the case and ordinary sizes first: many may
+lie along a curve or far out."""
 FINISH = NewtonLimits(iterations=60, escapes=0)
 
 
@@ -128,7 +128,7 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
         ends = _arrivals(problem, starts)
         with np.errstate(over="ignore"):  # an end that is too far out comes last
             new = _distinct(problem, ends, found)
-            nearest = sorted(new, key=lambda end: float(np.max(abs(end) / scale)))
+            nearest = sorted(new, key=lambda end: (_misfits(problem, end), max(abs(end) / scale)))
         for end in nearest[:MOST]:
             candidates.refine(end.tolist(), FINISH)
             if candidates.endless:
@@ -146,6 +146,10 @@ def _in_batches(problem: BlockProblem, candidates: Candidates) -> None:
         ):
             break
         found += new
+
+
+def _misfits(problem: BlockProblem, point: Array) -> bool:
+    return not problem.fits(problem.named(point.tolist()))
 
 
 def _arrivals(
@@ -260,11 +264,12 @@ class _FreeCurve:
         self.projected = partial(_arrivals, problem, ranges=(low, high), by=GAUSS_NEWTON)
 
     def points(self) -> Iterator[Array]:
-        """Points at which every rule holds, from a few starts."""
+        """Points of the case at which every rule holds, from a few starts."""
         count = min(max(WORK // len(self.scale), FEWEST_STARTS), MOST_STARTS)
         ends = self.projected(starts_of(self.problem, 0, count // 2))
         nearest = sorted(ends, key=lambda x: float(max(abs(x) / self.scale)))[:ENDS]
-        return (point for end in nearest if (point := self._corrected(end)) is not None)
+        points = (point for end in nearest if (point := self._corrected(end)) is not None)
+        return (point for point in points if not _misfits(self.problem, point))
 
     def _corrected(self, x: Array) -> Array | None:
         """The point with a few corrections of least norm, if every rule holds there and it is in
@@ -370,6 +375,18 @@ MOST_SUSPECTS = 48
 """The most answers that are checked for a curve; further ones count as isolated."""
 
 
+def _sure(problem: BlockProblem, answers: Sequence[Answer]) -> tuple[Answer, ...]:
+    """The answers without double ones that lie in the case by rounding alone, as where a curve
+    crosses another one outside it."""
+
+    def is_sure(answer: Answer) -> bool:
+        point = answer.values
+        errors = zip(point.items(), uncertainty(problem, point).errors, strict=True)
+        return all(problem.fits({**point, n: v + s * e}) for (n, v), e in errors for s in (-1, 1))
+
+    return tuple(answer for answer in answers if not answer.double or is_sure(answer))
+
+
 def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome:
     """The outcome without answers that lie on a curve; the free unknowns of the curve, if there are
     no others.
@@ -383,19 +400,25 @@ def without_curves(problem: BlockProblem, outcome: BlockOutcome) -> BlockOutcome
     curves = [free_curve(problem, answer.values) for answer in checked]
     first = next(filter(None, curves), None)
     if first is None:
-        return outcome
+        sure = _sure(problem, outcome.answers)
+        return outcome if outcome.complete or not sure else outcome._replace(answers=sure)
     simple = [answer for answer in outcome.answers if not answer.double]
     more = simple[: MOST_SUSPECTS - len(checked)]
     curves += [free_curve(problem, answer.values) for answer in more]
     pairs = zip((*checked, *more), curves, strict=True)
     gone = [answer for answer, curve in pairs if curve is not None]
     others = tuple(a for a in outcome.answers if not any(a is one for one in gone))
+    fitting = [answer.values for answer in gone if problem.fits(answer.values)]
+    if not fitting:
+        others = _sure(problem, others)
     if others:
-        near = any(not problem.is_far_out(answer.values) for answer in gone)
+        near = not all(map(problem.is_far_out, fitting))
         facts = (*outcome.facts, beside(first)) if near else outcome.facts
         if len(problem.unknowns) <= MOST_BESIDE:
             others = _isolated(problem, others)
         return outcome._replace(
             answers=others, complete=False, whole=False, stretches=(), facts=facts
         )
+    if not fitting:
+        return BlockOutcome(facts=(NoRoot(problem.equations, problem.unknowns, False),))
     return first._replace(attempts=(*outcome.attempts, Attempt(Method.CURVE, 1)))

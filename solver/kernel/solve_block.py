@@ -114,14 +114,15 @@ def solve_block(
     budget: Budget,
     off: InputErrors,
     fits: Fits | None,
+    assumed: bool,
 ) -> BlockOutcome:
     """All answers of the block that can be found at the known ``values``, within the ``budget``
     begun for it.
 
-    ``off``: the errors of these values, by name. ``fits``: whether an answer lies in the case that
-    was assumed. Such a case may well have none, so last resorts are left out.
+    ``off``: the errors of these values, by name. ``fits``: whether an answer meets the requirements
+    and lies in the case that was ``assumed``. Such a case may well have none, so last resorts are
+    left out.
     """
-    assumed = fits is not None
     problem = BlockProblem(kernel, values, guesses, budget, fits)
     if problem.symbolic:
         block = kernel.block

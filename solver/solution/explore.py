@@ -442,8 +442,9 @@ class PathSearch(Ends):
         """The outcome of a block, which is searched at most once for the same known numbers, or for
         those ``before``."""
         kernel, values, assumed = kernel_of(self.graph, step), branch.values, bool(branch.signs)
-        fits = partial(self._fits, branch) if assumed else None
-        key = step, before or tuple(values[name] for name in kernel.known)
+        known = {name: values[name] for name in kernel.known}
+        fits = partial(self._fits, branch, known) if assumed or self.model.requirements else None
+        key = step, before or tuple(known.values())
         if key not in self.outcomes:
             again = len(self.outcomes) - len(self._searched)
             if step in self._searched and again >= MAX_SEARCHES and not kernel.linear:
@@ -452,16 +453,20 @@ class PathSearch(Ends):
             self.budget.begin_block(self.complete, assumed or not first)
             self._searched.add(step)
             self.outcomes[key] = solve_block(
-                kernel, values, self.guesses, self.budget, partial(self._off, branch), fits
+                kernel, values, self.guesses, self.budget, partial(self._off, branch), fits, assumed
             )
             if first and any(attempt.method in SEARCHES for attempt in self.outcomes[key].attempts):
                 self._sought[kind_of(self.model, step)] += 1
         outcome: BlockOutcome = self.outcomes[key]
         return outcome
 
-    def _fits(self, branch: Branch, found: Mapping[str, float]) -> bool:
-        """Whether values of a block lie in the case that its branch assumes."""
-        return not self.analysis.contradicted(replace(branch, values={**branch.values, **found}))
+    def _fits(self, branch: Branch, known: Values, found: Mapping[str, float]) -> bool:
+        """Whether values of a block meet the requirements on it, and lie in the case that its
+        branch assumes."""
+        if self._broken(replace(branch, values={**self.inputs, **known, **found})):
+            return False
+        there = replace(branch, values={**branch.values, **found})
+        return not (branch.signs and self.analysis.contradicted(there))
 
     def _blank(self, branch: Branch, unknowns: Sequence[str], fact: Fact) -> bool:
         """No value of these satisfies the known rules: they stay blank, and rules with them are
