@@ -382,9 +382,9 @@ def _is_balance(signed: Sequence[tuple[Expression, bool]]) -> bool:
 
 
 def _is_level(part: Expression) -> bool:
-    """Whether a term of a sum is a name, or a number times one."""
+    """Whether a term of a sum is a name or a number, or their product."""
     match part:
-        case Name() | Product(Number(), Name()) | Product(Name(), Number()):
+        case Name() | Number() | Product(Number(), Name()) | Product(Name(), Number()):
             return True
         case _:
             return False

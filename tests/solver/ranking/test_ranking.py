@@ -707,3 +707,15 @@ def test_an_unknown_has_the_sign_of_its_value_in_the_sheet(x: float, y: float) -
         first = solver.solve(model, {**asked, "q": 25.0 * scale}, ["x", "y"])
         assert plan(25.0 * scale) == pytest.approx((first["x"], first["y"]))
         assert (first["x"] > 0.0, first["y"] > 0.0) == (x > 0.0, y > 0.0)
+
+
+@pytest.mark.parametrize("one", ["1", "one"])
+@pytest.mark.parametrize(("P", "T", "V"), [(10.0, 473.15, 3487.74), (1.0, 473.15, 38945.1)])
+def test_a_term_beside_a_number_is_a_correction(one: str, P: float, T: float, V: float) -> None:
+    """The virial equation for the vapour of isopropanol (J. M. Smith and H. C. Van Ness): the
+    number counts for as much as a given name."""
+    sheet = f"P*V = Z*R*T\nZ = {one} + B/V + C/V^2"
+    given = {"P": P, "T": T, "R": 83.14, "B": -388.0, "C": -26000.0}
+    given |= {"one": 1.0} if one == "one" else {}
+    found = solver.solve(rulesheets.loads(sheet), given)
+    assert found["V"] == pytest.approx(V, rel=1e-5)
