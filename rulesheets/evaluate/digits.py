@@ -187,6 +187,11 @@ class TracedDigits(Traced[Extended]):
             return part
         return Part(part.value, exact=True)
 
+    def by_base(self, base: Part[Extended], exponent: Part[Extended], node: Power) -> Extended:
+        if not exponent.value:
+            return 0.0
+        return exponent.value * self.numbers.raised(node, base.value, exponent.value - 1)
+
     def slope(
         self, template: Expression, arguments: Sequence[Part[Extended]], node: Expression
     ) -> Extended:
