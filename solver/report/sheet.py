@@ -246,10 +246,9 @@ def _step(model: Model, step: Step) -> Json:
         case SolveBlock(_, unknowns, tears):
             found |= {"step": "block", "unknowns": list(unknowns), "tears": list(tears)}
         case Decide() | Assume():
-            asked = step.conditions if isinstance(step, Decide) else (step.condition,)
             from rulesheets.format import format_condition
 
-            told = [format_condition(model.conditions[index]) for index in asked]
+            told = [format_condition(model.conditions[index]) for index in step.conditions]
             return found | {"conditions": told}
     return found | {"rules": [_place(model.equations[index].rule) for index in equations_of(step)]}
 
