@@ -205,11 +205,12 @@ class Curve:
 
     def _rows(self) -> Iterator[tuple[CurvePoint, bool]]:
         first, last = self.pieces[0].points[0], self.pieces[-1].points[-1]
+        values = self.values
         yield first, bool(first.tangent[-1] > 0)
         for piece in self.pieces:
             for here, there in pairwise(piece.points):
                 a, b = float(here.z[-1]), float(there.z[-1])
-                inside = [value for value in self.values.tolist() if min(a, b) < value < max(a, b)]
+                inside = values[(values > min(a, b)) & (values < max(a, b))].tolist()
                 # from the end with the steeper tangent: that of a fold does not reach the value
                 begin, end = (_turned(there), here) if here.fold else (here, there)
                 reach = float((end.z - begin.z) / piece.problem.scale @ begin.tangent)
@@ -217,7 +218,7 @@ class Curve:
                     found = crossing(piece.problem, begin, reach, value)
                     if found is not None:
                         yield _turned(found) if here.fold else found, False
-                if there is not last and (there.fold or b in self.values):
+                if there is not last and (there.fold or b in values):
                     yield there, bool(here.tangent[-1] > 0)
         if last is not first:
             yield last, bool(last.tangent[-1] > 0)
