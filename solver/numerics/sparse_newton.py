@@ -63,6 +63,7 @@ def itself(x: Array) -> Array:
     return x
 
 
+@np.errstate(all="ignore")
 def sparse_newton(
     residual: Map,
     jacobian: Callable[[Array], Triplets],
