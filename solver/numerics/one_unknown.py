@@ -300,3 +300,11 @@ def lowest_point(function: ScalarFunction, low: float, high: float) -> float:
             inside, outside = (inside, x) if math.isnan(value_at(function, x)) else (x, outside)
         known, sizes[inside] = [*known, inside], abs(value_at(function, inside))
     return min(known, key=lambda x: (sizes[x], x != 0.0, abs(x - middle)))
+
+
+def lowest_between(function: ScalarFunction, low: float, high: float) -> float:
+    """Where f is least between two points, if it has one minimum there: golden sections and
+    parabolas (R. P. Brent, *Algorithms for Minimization without Derivatives*, 1973, ch. 5)."""
+    from scipy.optimize import fminbound  # takes longer to load than most solves
+
+    return float(fminbound(function, low, high, xtol=1e-8 * (high - low)))

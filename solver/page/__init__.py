@@ -11,8 +11,9 @@ point over one whole motion.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from functools import partial
 from itertools import combinations
-from math import cos, dist, hypot, inf, isfinite, radians, sin, sqrt
+from math import cos, dist, hypot, inf, isfinite, radians, sin
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,6 +23,7 @@ from rulesheets.checks import PLACES, marks_of, parts
 from rulesheets.model import Model, Value, Values
 from rulesheets.syntax.nodes import Figure
 from solver.derivatives import Sensitivities
+from solver.numerics.one_unknown import lowest_between
 from solver.path import equations_of
 from solver.path.cases import outcomes
 from solver.path.planner import planner
@@ -249,10 +251,8 @@ def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle])
         return {}
     closed = _meets(model, rows[0], rows[-1])
     rows = rows[:-1] if closed else rows
-    more = [n for n in needed(model) if n != parameter and fixed.get(n) is None]
-    want = list(dict.fromkeys((*want, *more)))
-    plan = prepare(model, [parameter], want=want, given=fixed, guesses=guesses)
-    limits = {}
+    prepared = partial(prepare, model, [parameter], given=fixed, guesses=guesses)
+    limits, plan = {}, prepared(want=want)
     for name in (name for name in followed if name != parameter):
         if all(isinstance(row.get(name), float) for row in rows):
             limits[name] = _limits(plan, name, rows, closed)
@@ -264,7 +264,9 @@ def rail(model: Model, given: Values, values: Values, handles: Sequence[Handle])
         "rows": [{name: row[name] for name in followed} for row in rows],
         "figures": [geometry(model, row) for row in rows],
     }
-    return {"rail": told, "extents": _extents(plan, rows)}
+    more = [n for n in needed(model) if n != parameter and fixed.get(n) is None]
+    whole = prepared(want=list(dict.fromkeys((*want, *more))))
+    return {"rail": told, "extents": _extents(whole, rows)}
 
 
 def _nearest_branch(
@@ -343,11 +345,7 @@ def _extreme(plan: Plan, name: str, row: Row, sign: float, ends: list[float]) ->
     def size(at: float) -> float:
         return sign * float(answer(at).get(name, sign * inf))
 
-    share, (low, high) = (sqrt(5.0) - 1.0) / 2.0, ends  # golden section (Kiefer 1953)
-    while high - low > 1e-9 * (abs(low) + abs(high) + 1e-9):
-        left, right = high - share * (high - low), low + share * (high - low)
-        low, high = (low, right) if size(left) <= size(right) else (left, high)
-    return answer((low + high) / 2.0) or row
+    return answer(lowest_between(size, *ends)) or row
 
 
 def nearest(plan: Plan, at: float, answers: Iterable[Sequence[Value]], like: Row) -> Row:

@@ -168,9 +168,12 @@ class ConstantRootCount:
     def _extended(self, numbers: Sequence[float]) -> bool:
         """Whether another step towards numbers was made, or a shorter one may be: after a
         successful step comes a longer one."""
-        at = min(range(len(self.boxes)), key=lambda at: max(self._ways(self.boxes[at], numbers)[1]))
-        ways, distances = self._ways(self.boxes[at], numbers)
-        share, distance = self._shares.get((at, ways), FIRST), max(distances)
+        asked = np.array(numbers)
+        sides = np.array([[box[place] for place in self.places] for box in self.boxes])
+        distances = _distances(np.clip(asked, sides[..., 0], sides[..., 1]), asked).max(axis=1)
+        at = int(np.argmin(distances))
+        ways: Ways = tuple((1 * (asked > sides[at, :, 1]) - (asked < sides[at, :, 0])).tolist())
+        share, distance = self._shares.get((at, ways), FIRST), float(distances[at])
         near = self.weak and distance <= self._hop
         usual = self.proved and all(abs(v) <= ORDINARY for v in numbers)
         if usual and not self._grown:
@@ -201,14 +204,6 @@ class ConstantRootCount:
             self._shares[len(self.boxes) - 1, ways] = NEXT if near else GROWTH * share
         return True
 
-    def _ways(self, box: Ranges, numbers: Sequence[float]) -> tuple[Ways, list[float]]:
-        """On which side of a box numbers lie, and how far from it."""
-        ends = [box[place] for place in self.places]
-        ways = tuple((v > b) - (v < a) for v, (a, b) in zip(numbers, ends, strict=True))
-        return ways, [
-            _distance(min(max(v, a), b), v) for v, (a, b) in zip(numbers, ends, strict=True)
-        ]
-
     def array(self, *columns: Any) -> NDArray[np.bool_]:
         """The same for rows (n,), as far as boxes can be added."""
         rows = np.broadcast_arrays(*columns)
@@ -233,11 +228,13 @@ class ConstantRootCount:
         return found
 
 
-def _distance(one: float, other: float) -> float:
+@np.errstate(all="ignore")
+def _distances(some: NDArray[Any], others: NDArray[Any]) -> NDArray[Any]:
     """How far numbers are apart: in exponents, or by their sizes if they are on both sides of 0."""
-    if one * other > 0.0:
-        return abs(math.log(abs(other)) - math.log(abs(one)))
-    return abs(other - one) / (abs(one) + abs(other) or 1.0)
+    sizes = abs(some), abs(others)
+    exponents = abs(np.log(sizes[1]) - np.log(sizes[0]))
+    apart = np.where(some == others, 0.0, abs(others - some) / np.add(*sizes))
+    return np.where(some * others > 0.0, exponents, apart)
 
 
 def _between(one: float, other: float, part: float) -> float:
