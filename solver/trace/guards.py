@@ -184,7 +184,9 @@ class Guards:
             if not known or activity(equation, state.decided) is False:
                 continue
             if self._is_lost_in_rounding(state, equation):
-                raise NotCompilable
+                if equation.index in state.settled:
+                    raise NotCompilable
+                state.compensated.add(equation.index)
             if equation.index in state.settled:
                 for clear in self._clear_of_edges(state, equation):
                     self.flow.require(clear)

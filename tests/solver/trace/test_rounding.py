@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 
 import mpmath
 import pytest
@@ -19,6 +20,7 @@ from solver.path.planner import planner
 from solver.trace.flow import Flow, Numbers
 from solver.trace.graph import NotCompilable
 
+MODELS = Path(__file__).parents[3] / "models"
 DIGITS = 640
 """Of the oracle: what it rounds in the largest of floats is nothing beside 1e-300."""
 FUNCTIONS = st.sampled_from(
@@ -241,3 +243,19 @@ def test_what_a_rule_loses_digits_of_is_found_to_the_digits_that_it_admits(
             values = {**others, known: number, wanted: float(found[0])}
             assert check_rule(model.equations[0], values).holds
             assert any(math.isclose(found[0], one[wanted], rel_tol=1e-9) for one in every)
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.integers(40, 150), st.integers(40, 150), st.floats(0.05, 0.95), st.floats(-0.05, 0.05))
+def test_both_sides_of_a_triangle_beside_a_flat_one(
+    a: int, b: int, share: float, moved: float
+) -> None:
+    """... by two sides and an angle, though the law of cosines leaves few digits of a short one."""
+    model = rulesheets.load(MODELS / "triangle" / "model.tk")
+    widest = math.degrees(math.asin(min(a / b, 1.0)))
+    plan = solver.prepare(model, ["A"], ["c"], {"a": a / 10, "b": b / 10, "c": None})
+    for angle in (share * widest, share * widest * (1.0 + moved)):
+        height = b * math.sin(math.radians(angle)) / 10
+        along, half = b * math.cos(math.radians(angle)) / 10, math.sqrt((a / 10) ** 2 - height**2)
+        sides = [side for side in (along - half, along + half) if side > 1e-9]
+        assert sorted(row[0] for row in plan.all(angle)) == pytest.approx(sides, rel=1e-9)
